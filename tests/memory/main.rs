@@ -91,6 +91,21 @@ fn a_large_file_needs_little_memory() {
     assert!(found.measured as f64 <= 1.25 * found.declared as f64, "{found:?}");
 }
 
+/// Its voids are filled from the whole file.
+#[test]
+fn a_large_file_with_voids_needs_little_memory() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("large.r32");
+    let sample = |at: usize| if at.is_multiple_of(3) { f32::NAN } else { at as f32 };
+    let bytes: Vec<u8> = (0..2000 * 2000).flat_map(|at| sample(at).to_le_bytes()).collect();
+    std::fs::write(&path, bytes).expect("written");
+    let import = registry().get("Import").expect("a node");
+    let file = ParamValue::File(path.to_str().expect("a name").to_owned());
+    let found = scratch(&MEMORY, &set(example(import), &[("file", file)]), 16, 1).expect("readable");
+    assert!(found.measured < 2 * SMALL && found.declared < 2 * SMALL, "{found:?}");
+    assert!(found.measured as f64 <= 1.25 * found.declared as f64, "{found:?}");
+}
+
 #[test]
 fn every_kernel_uses_what_it_declares() {
     let faults: Vec<String> = of_each(registry().nodes().iter().flat_map(|node| cases(node)), |case| {

@@ -104,6 +104,9 @@ pub enum Problem {
     /// Its cell size is not known.
     #[error("it does not say how large its cells are")]
     NoCellSize,
+    /// It cannot be joined with others.
+    #[error("it is not on the grid of the others: {0}")]
+    OffGrid(String),
     /// It was cancelled.
     #[error("it was stopped before its end")]
     Stopped,
@@ -151,6 +154,9 @@ impl Problem {
             Self::AllVoid => "choose a file that has data, or check the value it declares as no data",
             Self::NoLatitude => {
                 "say the size of a cell in metres, or give the file its place (N40W106.hgt, a GeoTIFF with tags)"
+            }
+            Self::OffGrid(_) => {
+                "join tiles of one product, or make one file of them: `gdalwarp a.tif b.tif joined.tif`"
             }
             Self::Stopped => "try again",
             Self::OutOfMemory(_) => REMEDY,

@@ -22,6 +22,7 @@ mod format;
 mod geotiff;
 mod hgt;
 mod metric;
+mod mosaic;
 mod part;
 mod png;
 mod prj;
@@ -42,9 +43,10 @@ use std::path::Path;
 
 pub use error::{Problem, RasterError};
 pub use extent::{extent, extent_of};
-pub use fill::fill_voids;
+pub use fill::{Coarse, fill_voids, filling_bytes, filling_rows};
 pub use format::{Content, Format, Meta, Writing};
 pub use metric::{Heights, height_field};
+pub use mosaic::join;
 pub use part::replace;
 pub use projection::{Projection, SystemError};
 pub use reader::{Each, Head, Reader};
@@ -154,12 +156,8 @@ pub fn read(path: &Path) -> Result<Raster, RasterError> {
     read_while(path, &|| true)
 }
 
-/// As [`read`], but cancelled soon after `go_on` returns false. It is called every few milliseconds, except inside
-/// OpenEXR and interlaced PNG.
-///
-/// # Errors
-/// As [`read`]; [`Problem::Stopped`] if it was cancelled.
-pub fn read_while(path: &Path, go_on: GoOn<'_>) -> Result<Raster, RasterError> {
+/// As [`read`], but cancelled soon after `go_on` returns false.
+fn read_while(path: &Path, go_on: GoOn<'_>) -> Result<Raster, RasterError> {
     Reader::open(path)?.raster(go_on).map_err(|problem| problem.of(path))
 }
 

@@ -12,7 +12,7 @@ use self::place::{Grid, Mapping};
 use crate::{
     prelude::*,
     quantity::{self, Quantity},
-    raster::{self, Head, Problem, Raster, Reader, Resampler, Voids, fill_voids, presence, resample},
+    raster::{Coarse, Head, Problem, Reader, Resampler, Voids, filling_bytes, filling_rows, presence},
 };
 
 choice! {
@@ -124,10 +124,8 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     if params.voids == Voiding::Level || !reader.may_have_voids() {
         return streamed;
     }
-    // the whole raster with the pyramid that fills its voids, or with the marks of its data
-    let cells = 4 * (columns * rows) as u64;
-    let marked = if wants.data { cells + narrowed(rows) } else { 0 };
-    streamed.max(value + cells + reader.bytes().max(2 * cells / 3).max(narrowed(rows)).max(marked))
+    let filled = filling_bytes(columns, rows) + narrowed(filling_rows(columns, rows));
+    streamed.max(value + reader.bytes() + filled + marked)
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -138,9 +136,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let head = reader.head.clone();
     let mapping = Mapping::new(job, &params, &path, &head)?;
     let grid = mapping.grid(job, &params);
-    let (read, done) = match streamed(job, &params, reader, &grid) {
-        Ok(Some(read)) => (read, "are set to `level`"),
-        Ok(None) => (filled(job, &params, &path, &grid)?, "are filled from those around"),
+    let read = match streamed(job, &params, reader, &grid) {
+        Ok(Some(read)) => Ok((read, "are set to `level`")),
+        Ok(None) => filled(job, &params, &path, &head, &grid).map(|read| (read, "are filled from those around")),
+        Err(problem) => Err(problem),
+    };
+    let (read, done) = match read {
+        Ok(read) => read,
         Err(problem) => {
             job.check()?;
             return Err(problem.of(&path).into());
@@ -198,10 +200,6 @@ fn streamed(job: &Job<'_>, params: &Params, reader: Reader<'_>, grid: &Grid) -> 
     let mut resampler = Resampler::new(axes, origin, cells, beyond)?;
     let mut known = Wants::of(job).data.then(|| Resampler::new(axes, origin, cells, known_beyond)).transpose()?;
     let mut has_voids = false;
-    let failed = |error| match error {
-        NodeError::OutOfMemory(refused) => Problem::OutOfMemory(refused),
-        _ => Problem::Stopped,
-    };
     let read = reader.read(&|| job.check().is_ok(), &mut |first, samples| {
         if let Some(coding) = coding {
             coding.decode(range, samples);
@@ -231,20 +229,50 @@ fn streamed(job: &Job<'_>, params: &Params, reader: Reader<'_>, grid: &Grid) -> 
     }
 }
 
-/// Reads a whole file, fills its voids and resamples it.
-fn filled(job: &Job<'_>, params: &Params, path: &Path, grid: &Grid) -> Result<Resampled, NodeError> {
+/// Uses rows of a file, the first of which has that number.
+type Take<'t> = dyn FnMut(usize, &mut [f32]) -> Result<(), NodeError> + 't;
+
+/// Reads a file twice: once for the means from which its voids are filled, once to fill and resample it.
+fn filled(job: &Job<'_>, params: &Params, path: &Path, head: &Head, grid: &Grid) -> Result<Resampled, Problem> {
     let Grid { axes, origin, cells, beyond, known_beyond } = *grid;
-    let raster = raster::read_while(path, &|| job.check().is_ok());
-    job.check()?;
-    let Raster { head: Head { columns, rows, .. }, mut samples, voids } = raster?.decoded(range(params));
     let check = || job.check();
-    let data = match Wants::of(job).data {
-        true => Some(resample(&presence(&samples)?, axes, origin, cells, known_beyond, &check)?),
-        false => None,
+    let again = |each: &mut Take<'_>| {
+        let reader = Reader::open(path).map_err(|error| error.problem)?;
+        if reader.head != *head {
+            return Err(Problem::Damaged("another program changes it at present".to_owned()));
+        }
+        reader.read(&|| job.check().is_ok(), &mut |first, samples| {
+            if let Some(coding) = head.coding {
+                coding.decode(range(params), samples);
+            }
+            each(first, samples).map_err(failed)
+        })
     };
-    fill_voids(columns, rows, &mut samples, &check)?;
-    let value = resample(&samples, axes, origin, cells, beyond, &check)?;
-    Ok(Resampled { value, data, voids })
+    let done = |first: usize, samples: &[f32]| (first + samples.len() / head.columns) as f32 / head.rows as f32;
+    let mut coarse = Coarse::new(head.columns, head.rows).map_err(failed)?;
+    again(&mut |first, samples| {
+        coarse.take(samples, &check)?;
+        job.advance(0.4 * done(first, samples))
+    })?;
+    let mut filling = coarse.complete(&check).map_err(failed)?;
+    let mut resampler = Resampler::new(axes, origin, cells, beyond)?;
+    let mut known = Wants::of(job).data.then(|| Resampler::new(axes, origin, cells, known_beyond)).transpose()?;
+    let voids = again(&mut |first, samples| {
+        if let Some(known) = &mut known {
+            known.take(first, &presence(samples)?, &check)?;
+        }
+        filling.take(samples, &check, &mut |first, rows| resampler.take(first, rows, &check))?;
+        job.advance(0.4 + 0.5 * done(first, samples))
+    })?;
+    Ok(Resampled { value: resampler.into_samples(), data: known.map(Resampler::into_samples), voids })
+}
+
+/// The problem of a file whose rows could not be used.
+fn failed(error: NodeError) -> Problem {
+    match error {
+        NodeError::OutOfMemory(refused) => Problem::OutOfMemory(refused),
+        _ => Problem::Stopped,
+    }
 }
 
 #[cfg(test)]

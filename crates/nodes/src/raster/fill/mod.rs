@@ -6,14 +6,26 @@
 //! cells around it, so narrow gaps keep detail and wide ones become smooth. Difference: known cells are never changed,
 //! so the weights of the finest level are 0 or 1.
 
+mod streamed;
+
+use std::ops::Range;
+
 use orograph_graph::{NodeError, memory::zeroed};
 
 use crate::numerics::par;
 
-/// One level of the pyramid: values, and the known fraction of each cell.
+pub use streamed::{Coarse, filling_bytes, filling_rows};
+
+/// Called once per row; its error cancels the work.
+type Check<'a> = &'a (dyn Fn() -> Result<(), NodeError> + Sync);
+
+/// Rows of one level of the pyramid: values, and the known fraction of each cell.
 struct Level {
     columns: usize,
+    /// All rows of the level.
     rows: usize,
+    /// The first row that is here.
+    first: usize,
     values: Vec<f32>,
     weights: Vec<f32>,
 }
@@ -26,61 +38,98 @@ struct Level {
 ///
 /// # Panics
 /// When there are not exactly `columns * rows` samples.
-pub fn fill_voids(
-    columns: usize,
-    rows: usize,
-    samples: &mut [f32],
-    check: &(dyn Fn() -> Result<(), NodeError> + Sync),
-) -> Result<(), NodeError> {
+pub fn fill_voids(columns: usize, rows: usize, samples: &mut [f32], check: Check<'_>) -> Result<(), NodeError> {
     assert_eq!(samples.len(), columns * rows, "samples do not fill the raster");
     let voids = par::count(samples, |v| v.is_nan());
     if voids == 0 || voids == samples.len() {
         return Ok(());
     }
-    let mut pyramid =
-        vec![coarser(columns, rows, |at| (samples[at], f32::from(u8::from(!samples[at].is_nan()))), check)?];
-    while let Some(fine) = pyramid.last().filter(|level| level.values.len() > 1) {
-        let coarse = coarser(fine.columns, fine.rows, |at| (fine.values[at], fine.weights[at]), check)?;
-        pyramid.push(coarse);
-    }
-    while let Some(coarse) = pyramid.pop() {
-        match pyramid.last_mut() {
-            Some(fine) => {
-                let Level { columns, values, weights, .. } = fine;
-                par::each(values.chunks_mut(*columns).zip(weights.chunks(*columns)), |j, (values, weights)| {
-                    for (i, (v, w)) in values.iter_mut().zip(weights).enumerate() {
-                        if *w < 1.0 {
-                            *v = *w * *v + (1.0 - *w) * coarse.between(i, j);
-                        }
-                    }
-                    check()
-                })?;
-            }
-            None => par::each(samples.chunks_mut(columns), |j, row| {
-                for (i, v) in row.iter_mut().enumerate().filter(|(_, v)| v.is_nan()) {
-                    *v = coarse.between(i, j);
-                }
-                check()
-            })?,
-        }
-    }
-    Ok(())
+    let mut coarse = Level::over(columns, rows, 0, samples, check)?;
+    coarse.complete(check)?;
+    coarse.fill(0, samples, columns, check)
 }
 
-/// Returns the next level: means of 2 x 2 cells, weighted by their known fraction; value and weight are 0 if nothing is
-/// known.
+impl Level {
+    /// Returns the first level above samples, the first of which are those of row `first`, an even number.
+    fn over(columns: usize, rows: usize, first: usize, samples: &[f32], check: Check<'_>) -> Result<Self, NodeError> {
+        let given = first..first + samples.len() / columns;
+        coarser(columns, rows, given, |at| (samples[at], f32::from(u8::from(!samples[at].is_nan()))), check)
+    }
+
+    /// Returns the next level above the rows that are here.
+    fn next(&self, check: Check<'_>) -> Result<Self, NodeError> {
+        let given = self.first..self.first + self.values.len() / self.columns;
+        coarser(self.columns, self.rows, given, |at| (self.values[at], self.weights[at]), check)
+    }
+
+    /// Gives every cell of a whole level a value, from the levels above it.
+    fn complete(&mut self, check: Check<'_>) -> Result<(), NodeError> {
+        let mut above = Vec::new();
+        while above.last().unwrap_or(&*self).values.len() > 1 {
+            above.push(above.last().unwrap_or(&*self).next(check)?);
+        }
+        while let Some(coarse) = above.pop() {
+            let fine = above.last_mut().unwrap_or(&mut *self);
+            fine.blend(0..fine.rows, &coarse, check)?;
+        }
+        Ok(())
+    }
+
+    /// Completes some of the rows that are here by those of the next level, which are complete.
+    fn blend(&mut self, rows: Range<usize>, coarse: &Self, check: Check<'_>) -> Result<(), NodeError> {
+        let within = self.columns * (rows.start - self.first)..self.columns * (rows.end - self.first);
+        let parts = self.values[within.clone()].chunks_mut(self.columns).zip(self.weights[within].chunks(self.columns));
+        par::each(parts, |j, (values, weights)| {
+            for (i, (v, w)) in values.iter_mut().zip(weights).enumerate() {
+                if *w < 1.0 {
+                    *v = *w * *v + (1.0 - *w) * coarse.between(i, rows.start + j);
+                }
+            }
+            check()
+        })
+    }
+
+    /// Fills the voids of samples from row `first` on by this level, which is complete.
+    fn fill(&self, first: usize, samples: &mut [f32], columns: usize, check: Check<'_>) -> Result<(), NodeError> {
+        par::each(samples.chunks_mut(columns), |j, row| {
+            for (i, v) in row.iter_mut().enumerate().filter(|(_, v)| v.is_nan()) {
+                *v = self.between(i, first + j);
+            }
+            check()
+        })
+    }
+
+    /// Interpolates bilinearly at the centre of cell (i, j) of the next finer level, a quarter of a cell from the
+    /// coarse centre.
+    fn between(&self, i: usize, j: usize) -> f32 {
+        let (x, y) = (i / 2, j / 2);
+        let aside = |at: usize, fine: usize, len: usize| {
+            if fine.is_multiple_of(2) { at.saturating_sub(1) } else { (at + 1).min(len - 1) }
+        };
+        let (x1, y1) = (aside(x, i, self.columns), aside(y, j, self.rows));
+        let at = |x: usize, y: usize| self.values[(y - self.first) * self.columns + x];
+        let near = 0.75 * at(x, y) + 0.25 * at(x1, y);
+        let far = 0.75 * at(x, y1) + 0.25 * at(x1, y1);
+        0.75 * near + 0.25 * far
+    }
+}
+
+/// Returns the next level above the given rows of one with that many columns and rows: means of 2 x 2 cells, weighted
+/// by their known fraction; value and weight are 0 if nothing is known.
 fn coarser(
     columns: usize,
     rows: usize,
+    given: Range<usize>,
     cell: impl Fn(usize) -> (f32, f32) + Sync,
-    check: &(dyn Fn() -> Result<(), NodeError> + Sync),
+    check: Check<'_>,
 ) -> Result<Level, NodeError> {
-    let (nx, ny) = (columns.div_ceil(2), rows.div_ceil(2));
+    let (nx, first) = (columns.div_ceil(2), given.start / 2);
+    let ny = given.end.div_ceil(2) - first;
     let (mut values, mut weights) = (zeroed(nx * ny)?, zeroed(nx * ny)?);
     par::each(values.chunks_mut(nx).zip(weights.chunks_mut(nx)), |j, (values, weights)| {
         for i in 0..nx {
             let (mut sum, mut weight) = (0.0, 0.0);
-            for y in 2 * j..(2 * j + 2).min(rows) {
+            for y in 2 * j..(2 * j + 2).min(given.len()) {
                 for x in 2 * i..(2 * i + 2).min(columns) {
                     let (v, w) = cell(y * columns + x);
                     if w > 0.0 {
@@ -96,23 +145,7 @@ fn coarser(
         }
         check()
     })?;
-    Ok(Level { columns: nx, rows: ny, values, weights })
-}
-
-impl Level {
-    /// Interpolates bilinearly at the centre of cell (i, j) of the next finer level, a quarter of a cell from the
-    /// coarse centre.
-    fn between(&self, i: usize, j: usize) -> f32 {
-        let (x, y) = (i / 2, j / 2);
-        let aside = |at: usize, fine: usize, len: usize| {
-            if fine.is_multiple_of(2) { at.saturating_sub(1) } else { (at + 1).min(len - 1) }
-        };
-        let (x1, y1) = (aside(x, i, self.columns), aside(y, j, self.rows));
-        let at = |x: usize, y: usize| self.values[y * self.columns + x];
-        let near = 0.75 * at(x, y) + 0.25 * at(x1, y);
-        let far = 0.75 * at(x, y1) + 0.25 * at(x1, y1);
-        0.75 * near + 0.25 * far
-    }
+    Ok(Level { columns: nx, rows: rows.div_ceil(2), first, values, weights })
 }
 
 #[cfg(test)]

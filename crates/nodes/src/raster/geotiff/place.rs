@@ -2,6 +2,8 @@
 
 use orograph_graph::Window;
 
+use crate::raster::Projection;
+
 /// The name of the local reference system.
 const CITATION: &str = "Orograph world|";
 
@@ -23,7 +25,10 @@ impl Place {
     pub(super) fn of(window: &Window) -> Self {
         let d = window.cell_m();
         let (keys, citation, [west, north]) = match window.place() {
-            Some(place) => (projected(place.epsg), None, place.corner_m),
+            Some(place) => {
+                let is_geographic = Projection::of(place.epsg).is_ok_and(|system| system.is_geographic());
+                (if is_geographic { geographic(place.epsg) } else { projected(place.epsg) }, None, place.corner_m)
+            }
             None => {
                 let [column, row] = window.origin.map(f64::from);
                 (LOCAL, Some(CITATION), [column * d, (f64::from(window.world.cells[1]) - row) * d])
@@ -52,5 +57,17 @@ const fn projected(epsg: u32) -> [u16; 20] {
         1025, 0, 1, 1,
         3072, 0, 1, epsg as u16,
         3076, 0, 1, 9001,
+    ]
+}
+
+/// Version 1.1.0 and four keys: longitude and latitude, cells are areas, its EPSG code, degrees.
+#[rustfmt::skip]
+const fn geographic(epsg: u32) -> [u16; 20] {
+    [
+        1, 1, 0, 4,
+        1024, 0, 1, 2,
+        1025, 0, 1, 1,
+        2048, 0, 1, epsg as u16,
+        2054, 0, 1, 9102,
     ]
 }
