@@ -5,10 +5,13 @@ use std::path::{Path, PathBuf};
 use orograph_graph::{Boundary, Document, Edge, GeoPlace, Unit, World, format_source};
 use orograph_nodes::raster::{self, Problem, Reader};
 
-use crate::report::{
-    failure::{Exit, Failure, reason, remedy},
-    problems,
-    terminal::{self, Page},
+use crate::{
+    report::{
+        failure::{Exit, Failure, reason, remedy},
+        problems,
+        terminal::{self, Page},
+    },
+    stop,
 };
 
 /// Writes a graph that imports an elevation model
@@ -16,11 +19,14 @@ use crate::report::{
 /// The world gets the size, the cells and the place of the elevation model, with which all outputs leave. If the file
 /// is in degrees, in Web Mercator or in feet, the place is in the zone of UTM that fits. The graph has one node,
 /// `Import`, and writes its height.
+///
+/// Several elevation models that lie side by side on one grid, such as SRTM tiles, are joined first, into a GeoTIFF
+/// beside the graph.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Elevation model: GeoTIFF, ESRI ASCII, SRTM (.hgt), or PNG, OpenEXR, .r16 and .r32 with a JSON file beside them
-    #[arg(value_name = "HEIGHT")]
-    file: PathBuf,
+    #[arg(value_name = "HEIGHT", required = true)]
+    files: Vec<PathBuf>,
     /// Graph file to write, which must not exist
     #[arg(short, long, value_name = "GRAPH.ron")]
     output: PathBuf,
@@ -29,32 +35,33 @@ pub struct Args {
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         let wrong = |what: String, hint: String| Err(Failure::wrong(what).hint(hint));
-        let head = match Reader::open(&self.file) {
+        if self.output.symlink_metadata().is_ok() {
+            let what = format!("there is a file `{}` already", self.output.display());
+            return wrong(what, "name another one with `-o`".to_owned());
+        }
+        let file = self.file()?;
+        let head = match Reader::open(&file) {
             Ok(reader) => reader.head,
             Err(error) => return wrong(error.to_string(), error.remedy().to_owned()),
         };
         let extent = match raster::extent(&head) {
             Ok(extent) => extent,
             Err(Problem::NoCellSize) => {
-                let what = format!("`{}` does not state its cell size", self.file.display());
+                let what = format!("`{}` does not state its cell size", file.display());
                 return wrong(what, "write the graph by hand, with `cell` in `Import`".to_owned());
             }
-            Err(problem) => return wrong(format!("`{}`: {problem}", self.file.display()), problem.remedy().to_owned()),
+            Err(problem) => return wrong(format!("`{}`: {problem}", file.display()), problem.remedy().to_owned()),
         };
         for remark in head.notes.iter().chain(&extent.remarks) {
             let warning = Page::stderr().doubtful("warning:");
-            terminal::remark(&format!("{warning} `{}`: {remark}\n", self.file.display()));
+            terminal::remark(&format!("{warning} `{}`: {remark}\n", file.display()));
         }
         // terrain continues beyond the raster
         let world = World { boundary: Boundary::all(Edge::Inland), ..extent.world() };
         if let Err(error) = world.check() {
-            return wrong(format!("`{}`: {error}", self.file.display()), "cut out a part of it first".to_owned());
+            return wrong(format!("`{}`: {error}", file.display()), "cut out a part of it first".to_owned());
         }
-        if self.output.symlink_metadata().is_ok() {
-            let what = format!("there is a file `{}` already", self.output.display());
-            return wrong(what, "name another one with `-o`".to_owned());
-        }
-        let document = Document::parse_at(self.graph(&world)?, &self.output, &orograph_nodes::registry());
+        let document = Document::parse_at(self.graph(&file, &world)?, &self.output, &orograph_nodes::registry());
         if document.has_errors() {
             terminal::remark(&problems::report_all(&document, &self.output, Page::stderr()));
             return Err(Failure::silent(Exit::Wrong));
@@ -73,8 +80,33 @@ impl Args {
         terminal::print(&format!("wrote {name}: {nx} x {ny} cells of {cell}, {place}\n"))
     }
 
+    /// The elevation model: the only one, or a new file of all of them.
+    fn file(&self) -> Result<PathBuf, Failure> {
+        if let [file] = &self.files[..] {
+            return Ok(file.clone());
+        }
+        let joined = self.output.with_extension("tif");
+        if joined.symlink_metadata().is_ok() {
+            let what = format!("there is a file `{}` already, where the joined model would be", joined.display());
+            return Err(Failure::wrong(what).hint("name another graph with `-o`"));
+        }
+        let cancel = stop::on_interrupt()?;
+        let remarks = raster::join(&self.files, &joined, &|| !cancel.is_cancelled()).map_err(|error| {
+            let failed = match error.problem {
+                Problem::Stopped => return Failure::stopped(),
+                Problem::Unwritable(_) | Problem::OutOfMemory(_) => Failure::unable,
+                _ => Failure::wrong,
+            };
+            failed(error.to_string()).hint(error.remedy())
+        })?;
+        for remark in remarks {
+            terminal::remark(&format!("{} {remark}\n", Page::stderr().doubtful("warning:")));
+        }
+        Ok(joined)
+    }
+
     /// The text of the graph.
-    fn graph(&self, world: &World) -> Result<String, Failure> {
+    fn graph(&self, file: &Path, world: &World) -> Result<String, Failure> {
         let World { size: [width, height], cells: [nx, ny], .. } = world;
         let (place, placement) = match world.place {
             Some(GeoPlace { epsg, corner_m: [x, y] }) => {
@@ -83,13 +115,13 @@ impl Args {
             None => (String::new(), ""),
         };
         let version = orograph_nodes::import::import::NODE.version;
-        let file = serde_json::json!(beside(&self.file, &self.output));
+        let name = serde_json::json!(beside(file, &self.output));
         let text = format!(
             "// Made by `orograph new` from an elevation model.\n(format: 1, world: (size: ({width}, {height}), cells: \
-             ({nx}, {ny}), boundary: inland{place}), nodes: {{ \"land\": Import(version: {version}, file: {file}{placement}) }}, outputs: \
+             ({nx}, {ny}), boundary: inland{place}), nodes: {{ \"land\": Import(version: {version}, file: {name}{placement}) }}, outputs: \
              {{ \"height\": \"land\" }})\n"
         );
-        let unsound = || Failure::wrong(format!("the name `{}` cannot be written into a graph", self.file.display()));
+        let unsound = || Failure::wrong(format!("the name `{}` cannot be written into a graph", file.display()));
         format_source(&text).map_err(|_| unsound().hint("rename the elevation model"))
     }
 }

@@ -70,3 +70,79 @@ fn a_world_comes_from_a_raster() {
     let head = raster::read(&place.path("part/height.tif")).expect("readable").head;
     assert_eq!((head.columns, head.cell, head.epsg), (80, Some(Cell::Metres([15.0; 2])), Some(32611)));
 }
+
+/// Cells without data come in and leave as such, in every format that can have them.
+#[test]
+fn voids_are_kept_into_the_files() {
+    let place = Place::new();
+    let model = repository("tests/data/mandakini_basin_f32_nodata.tif");
+    std::fs::copy(&model, place.path("dem.tif")).expect("copied");
+    let graph = r#"(world: (size: 1000, cells: 100), nodes: { "dem": Import(version: 2, file: "dem.tif", placement: stretch) },
+        outputs: { "height": "dem", "data": "dem.data" })"#;
+    place.write("g.ron", graph);
+    let before = raster::read(&model).expect("readable");
+    assert_eq!((before.head.columns, before.head.rows, before.voids.cells > 0), (100, 100, true));
+    let run = |args: &[&str]| place.run(&[&["run", "g.ron", "-o", "out", "--holes", "dem.data"], args].concat());
+    for (args, file) in [
+        (&["--format", "tiff"][..], "height.tif"),
+        (&["--format", "cog", "--window", "0,300,1000x400"], "height.tif"),
+        (&["--format", "r32"], "height.r32"),
+        (&["--engine", "godot", "--only", "height"], "height.exr"),
+    ] {
+        run(args).done();
+        let after = raster::read(&place.path("out").join(file)).expect("readable");
+        let part = if args.contains(&"--window") { 3000..7000 } else { 0..10_000 };
+        for (before, after) in before.samples[part].iter().zip(&after.samples) {
+            assert!(before.to_bits() == after.to_bits() || before.is_nan() && after.is_nan(), "{args:?}");
+        }
+    }
+    // the mask is of the cells that have data
+    run(&["--format", "tiff"]).done();
+    assert!(
+        raster::read(&place.path("out/data.tif")).expect("readable").samples.iter().all(|v| *v >= 0.5 || v.is_nan())
+    );
+    let told = place.run(&["metrics", "out/height.tif", "--json"]).done();
+    assert!(told.err.contains("have no data and are left out"), "{}", told.err);
+    run(&["--format", "png16"]).ended(1, &["png16 has no value for cells without data", "exr, tiff, cog or r32"]);
+    run(&["--engine", "unity"]).ended(1, &["Unity has no value", "--engine godot"]);
+    place.run(&["run", "g.ron", "--holes", "dem"]).ended(1, &["it is a height", "`NODE.data`"]);
+    place.run(&["run", "g.ron", "--holes", "dem.dat"]).ended(1, &["--holes dem.dat", "data"]);
+}
+
+/// Tiles side by side become one elevation model, without a seam.
+#[test]
+fn tiles_side_by_side_are_joined() {
+    let place = Place::new();
+    let side = 121;
+    // a ridge from west to east in metres, and a void across the common side
+    let post = |column: usize, row: usize| match (100..140).contains(&column) && (40..60).contains(&row) {
+        true => -32_768_i16,
+        false => (column * 3 + row) as i16,
+    };
+    for (name, first) in [("N46E007.hgt", 0), ("N46E008.hgt", side - 1)] {
+        let posts = (0..side * side).map(|at| post(first + at % side, at / side));
+        std::fs::write(place.path(name), posts.flat_map(i16::to_be_bytes).collect::<Vec<u8>>()).expect("written");
+    }
+    let made = place.run(&["new", "N46E007.hgt", "N46E008.hgt", "-o", "g.ron"]).done();
+    assert!(made.out.contains("in EPSG:32632"), "{}", made.out);
+    assert!(place.read("g.ron").contains("file: \"g.tif\""), "{}", place.read("g.ron"));
+    let joined = raster::read(&place.path("g.tif")).expect("readable");
+    assert_eq!((joined.head.columns, joined.head.rows, joined.voids.cells), (2 * side - 1, side, 40 * 20));
+    for (at, v) in joined.samples.iter().enumerate() {
+        let expected = post(at % (2 * side - 1), at / (2 * side - 1));
+        assert!(*v == f32::from(expected) || v.is_nan() && expected == -32_768);
+    }
+    place.run(&["run", "g.ron", "-o", "out", "--format", "tiff"]).done();
+    let height = raster::read(&place.path("out/height.tif")).expect("readable");
+    let columns = height.head.columns;
+    for row in height.samples.chunks_exact(columns) {
+        // three metres a post to the east, also across the common side and the void
+        assert!(row.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 12.0));
+    }
+    place.run(&["new", "N46E007.hgt", "N46E008.hgt", "-o", "g.ron"]).ended(1, &["already"]);
+    place.run(&["new", "N46E007.hgt", "none.hgt", "-o", "h.ron"]).ended(1, &["no such file"]);
+    let feet = repository("tests/data/bigtujunga_i16_tiled.tif");
+    let other = feet.to_str().expect("a name");
+    place.run(&["new", "N46E007.hgt", other, "-o", "h.ron"]).ended(1, &["not on the grid", "EPSG:32611", "gdalwarp"]);
+    assert!(!place.path("h.tif").exists());
+}
