@@ -23,13 +23,13 @@ use crate::{
     export::{
         cube::{self, Cube},
         geojson::Coordinates,
-        outputs::{OutputFolder, OutputOptions, OutputWriter, Written},
+        outputs::{Holes, OutputFolder, OutputOptions, OutputWriter, Written, check_holes},
     },
     machine,
     report::{
         expect::{Expected, Watch},
         failure::{Exit, Failure, Spot, reason},
-        progress::Progress,
+        progress::{Progress, Quiet},
         terminal,
     },
 };
@@ -97,7 +97,7 @@ impl Builder {
         Self { evaluator }
     }
 
-    /// Evaluates outputs of the graph on the whole world.
+    /// Evaluates outputs of the graph on the window of the request.
     ///
     /// # Errors
     /// When they cannot be computed, or the build is cancelled.
@@ -216,6 +216,19 @@ impl Builder {
         Ok(expected)
     }
 
+    /// Evaluates the mask of the cells that have data, before all outputs, which arrive in any order.
+    fn holes(&self, request: &Request, mask: &str, cancel: &Cancel) -> Result<Holes, Failure> {
+        let wrong = |what: String| Failure::wrong(format!("`--holes {mask}`: {what}"));
+        let port = request.graph.port(mask).map_err(|error| wrong(error.to_string()))?;
+        let ty = request.graph.output_type(port);
+        if ty != PortType::Mask {
+            return Err(wrong(format!("it is a {ty}")).hint("name a mask, such as `NODE.data` of an `Import`"));
+        }
+        let (values, _) = self.evaluate(request, &[port], cancel, &Quiet)?;
+        let holes = values.first().and_then(Value::as_field).map(Holes::of);
+        holes.ok_or_else(|| wrong("it has no raster".to_owned()))
+    }
+
     /// Builds the outputs of a request into a folder. Writes all files or none, then measures what the file expects.
     ///
     /// # Errors
@@ -252,7 +265,11 @@ impl Builder {
         }
         let read = request.document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]);
         OutputFolder::protect(folder, &request.outputs, options, read)?;
-        let staging = OutputFolder::prepare(folder, &request.outputs, options)?;
+        check_holes(&request.outputs, options)?;
+        let mut staging = OutputFolder::prepare(folder, &request.outputs, options)?;
+        if let Some(mask) = &options.holes {
+            staging.leave(self.holes(request, mask, cancel)?);
+        }
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
         let window = request.window();
         let has_rows = |output: &OutputDecl| output.ty.planes().is_some();

@@ -15,7 +15,7 @@ use orograph_graph::{
 use orograph_nodes::raster::{self, Problem, RasterError};
 
 use super::{
-    OutputOptions, OutputWriter, Written,
+    Holes, OutputOptions, OutputWriter, Written,
     names::{check_name, names, quantity, views},
 };
 use crate::{
@@ -38,6 +38,8 @@ pub struct OutputFolder {
     made: Vec<PathBuf>,
     staging: Option<Staging>,
     pub(super) options: OutputOptions,
+    /// The cells that are written without data.
+    pub(super) holes: Option<Holes>,
     /// The names of the outputs in their order.
     outputs: Vec<String>,
     /// The files of each complete output, by its index.
@@ -88,6 +90,7 @@ impl OutputFolder {
             made: missing(folder),
             staging: None,
             options: options.clone(),
+            holes: None,
             outputs: outputs.iter().map(|output| output.name.clone()).collect(),
             complete: Mutex::default(),
         };
@@ -103,6 +106,11 @@ impl OutputFolder {
         let staging = Staging::begin(folder, &around).map_err(refused)?;
         prepared.staging = Some(staging);
         Ok(prepared)
+    }
+
+    /// Leaves cells without data in the files of writers that begin after it.
+    pub fn leave(&mut self, holes: Holes) {
+        self.holes = Some(holes);
     }
 
     /// Refuses to replace a file that the graph reads, whatever links lead to it.

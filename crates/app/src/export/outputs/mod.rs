@@ -12,6 +12,7 @@
 //! | preview of a height | `NAME.preview.png`: shaded relief, tinted over its range, at most 2048 pixels per side |
 
 mod folder;
+mod holes;
 mod names;
 mod options;
 #[cfg(test)]
@@ -23,7 +24,12 @@ use std::{path::PathBuf, sync::Arc};
 use orograph_graph::Report;
 use serde_json::Map;
 
-pub use self::{folder::OutputFolder, options::OutputOptions, writer::OutputWriter};
+pub use self::{
+    folder::OutputFolder,
+    holes::{Holes, check as check_holes},
+    options::OutputOptions,
+    writer::OutputWriter,
+};
 use super::engine::Engine;
 
 /// A file that was written.

@@ -38,6 +38,11 @@ pub struct OutputOptions {
     /// Coordinates of lines; without it, degrees of WGS84 where the world has a `place`, and metres elsewhere
     #[arg(long, value_enum, value_name = "COORDINATES")]
     pub lines: Option<LinesIn>,
+    /// Write heights, masks and other scalars without data where this mask is below one half, such as `dem.data`
+    ///
+    /// The files then have NaN there, which GeoTIFF declares as no data and Terrain3D shows as holes.
+    #[arg(long, value_name = "NODE.PORT")]
+    pub holes: Option<String>,
     /// Do not write the shaded pictures of heights (`NAME.preview.png`)
     #[arg(long)]
     pub no_preview: bool,
@@ -53,6 +58,7 @@ impl Default for OutputOptions {
             mesh: None,
             triangles: Self::TRIANGLES,
             lines: None,
+            holes: None,
             no_preview: false,
         }
     }

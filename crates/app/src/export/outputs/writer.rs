@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 use super::{
     Import, OutputFolder,
     folder::Staged,
+    holes::has_holes,
     names::{PREVIEW, is_described, quantity, rasters, sidecar, views, written},
 };
 use crate::{
@@ -80,11 +81,14 @@ impl<'a> OutputWriter<'a> {
         if *band.window() != self.window && !self.is_streamable() {
             return Err(self.misfit("it is written whole, and a part of it came"));
         }
+        let holes = self.folder.holes.as_ref().filter(|_| has_holes(&self.output, &self.folder.options));
+        let punched = holes.map(|holes| holes.punch(band));
+        let numbers = punched.as_ref().unwrap_or(band);
         if self.rasters.is_empty() {
-            self.begin(band, &go_on)?;
+            self.begin(numbers, &go_on)?;
         } else {
             for raster in &mut self.rasters {
-                raster.writer.rows(band, &go_on).map_err(|error| self.folder.failure(&raster.name, error))?;
+                raster.writer.rows(numbers, &go_on).map_err(|error| self.folder.failure(&raster.name, error))?;
             }
         }
         if let Some(preview) = &mut self.preview {

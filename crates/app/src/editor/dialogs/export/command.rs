@@ -40,6 +40,9 @@ pub(super) fn line(file: &Path, folder: &Path, only: &[String], options: &Output
     if let Some(lines) = options.lines {
         add("lines", &name_of(lines));
     }
+    if let Some(holes) = &options.holes {
+        add("holes", holes);
+    }
     if options.no_preview {
         add("no-preview", "");
     }
@@ -76,13 +79,14 @@ mod tests {
             mesh: Some(MeshFormat::Glb),
             triangles: 9,
             lines: Some(LinesIn::Metres),
+            holes: Some("dem.data".to_owned()),
             no_preview: true,
         };
         let said = line(Path::new("a b.ron"), Path::new("out"), &["height".into()], &options, "64");
         assert!(said.starts_with(if cfg!(windows) { "orograph run \"a b.ron\"" } else { "orograph run 'a b.ron'" }));
         assert!(said.ends_with(
             "-o out --only height --cells 64 --format png16 --engine unreal --dither --mesh glb --triangles 9 --lines metres \
-             --no-preview"
+             --holes dem.data --no-preview"
         ));
     }
 }
