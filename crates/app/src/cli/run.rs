@@ -1,6 +1,7 @@
 //! `orograph run`: builds every output of a graph file.
 
 use orograph_graph::{Origin, Unit, bytes};
+use orograph_nodes::numerics::memory::return_rasters;
 
 use crate::{
     build::{Builder, Built, Timing, request::Request},
@@ -106,6 +107,7 @@ impl Args {
 
     /// Builds all variants into one Zarr store.
     fn run_cube(&self, request: &Request, progress: &dyn Progress) -> Result<(), Failure> {
+        return_rasters();
         // so many rasters of a terrain are kept for the next ones, however many there are
         let memory = KEPT_RASTERS.saturating_mul(size_of::<f32>() * request.window().len()).min(REMEMBERED);
         let begin = || Ok((Builder::new(&self.args.means, memory)?, stop::on_interrupt()?));

@@ -41,6 +41,23 @@ unsafe impl GlobalAlloc for LargePages {
     }
 }
 
+/// From now on, maps each block of a megabyte and more from the system, and returns it when it is freed.
+///
+/// Otherwise the C library raises that limit to the largest block that was freed, up to 32 MiB, and keeps the smaller
+/// ones in pieces that fit the next ones badly: the peak of a program that builds terrain after terrain grows with their
+/// number. Fresh pages cost a program of small rasters some time.
+pub fn return_rasters() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        const SMALL: libc::c_int = 1 << 20;
+        #[expect(unsafe_code, reason = "a call of the C library")]
+        // SAFETY: it changes only where later blocks are placed.
+        unsafe {
+            libc::mallopt(libc::M_MMAP_THRESHOLD, SMALL);
+        }
+    }
+}
+
 #[cfg(target_os = "linux")]
 /// Size in bytes of a block that the C library always maps from the system.
 const LARGE: usize = 32 << 20;

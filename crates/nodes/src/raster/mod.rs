@@ -48,7 +48,7 @@ pub use format::{Content, Format, Meta, Writing};
 pub use metric::{Heights, height_field};
 pub use mosaic::join;
 pub use part::replace;
-pub use projection::{Projection, SystemError};
+pub use projection::{Projection, SystemError, well_known_text};
 pub use reader::{Each, Head, Reader};
 pub use recognise::recognise;
 pub use remarks::{Voids, presence};

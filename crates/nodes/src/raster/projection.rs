@@ -41,6 +41,13 @@ impl fmt::Debug for Projection {
     }
 }
 
+/// Returns the description of a system by its code, as well-known text of version 1 (OGC 01-009). Returns None if it is
+/// not known.
+#[must_use]
+pub fn well_known_text(epsg: u32) -> Option<&'static str> {
+    Some(u16::try_from(epsg).ok().and_then(from_code)?.wkt).filter(|text| !text.is_empty())
+}
+
 impl Projection {
     /// Returns the system of a code.
     ///

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use orograph_graph::{PortType, Window};
+use orograph_nodes::raster::well_known_text;
 use serde_json::{Map, Value, json};
 
 /// An array of the group: its shape, its chunks and what its numbers are.
@@ -57,12 +58,14 @@ pub(super) fn group(attributes: &Map<String, Value>, arrays: &BTreeMap<String, S
 /// The name of the array that describes the coordinate system.
 pub(super) const SYSTEM: &str = "spatial_ref";
 
-/// The coordinate system of a world with a place, as a CF grid mapping; readers take it from its EPSG code.
+/// The coordinate system of a world with a place, as a CF grid mapping. Readers take it from well-known text, or from
+/// its EPSG code where no text is known.
 pub(super) fn system(window: &Window) -> Option<Shape> {
     let place = window.place()?;
     let (d, [x, y]) = (window.cell_m(), place.corner_m);
     let mut attributes = Map::new();
-    attributes.insert(SYSTEM.to_owned(), json!(format!("EPSG:{}", place.epsg)));
+    let text = well_known_text(place.epsg).map_or_else(|| format!("EPSG:{}", place.epsg), str::to_owned);
+    attributes.insert(SYSTEM.to_owned(), json!(text));
     attributes.insert("GeoTransform".to_owned(), json!(format!("{x} {d} 0 {y} 0 -{d}")));
     Some(Shape { dimensions: Vec::new(), chunks: Vec::new(), numbers: "int32", attributes })
 }
