@@ -127,7 +127,7 @@ mod tests {
 
     const SOURCE: &str = "(nodes: {
         \"a\": Perlin(amplitude: \"0.5 km\", wavelength: 800, octaves: 6),
-        \"b\": StreamPower(version: 4, height: \"a\", uplift: \"2 mm/yr\", /* of age */ duration: \"2 Myr\"),
+        \"b\": StreamPower(version: 5, height: \"a\", uplift: \"2 mm/yr\", /* of age */ duration: \"2 Myr\"),
     }, outputs: { \"height\": \"b\" }, parameters: { \"age\": \"b.duration\" })";
 
     fn parameter(vary: &str) -> Result<Parameter, Failure> {

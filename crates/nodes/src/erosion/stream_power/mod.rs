@@ -113,7 +113,7 @@ params! {
     variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
     /// Size of the largest bodies of harder or softer rock; smaller ones lie within them.
     /// 0 draws a factor for each cell.
-    variation_size: f64 = 8e3, Metres, 0.0..=1e7, soft 0..=50e3;
+    variation_size: f64 = 3e3, Metres, 0.0..=1e7, soft 0..=50e3;
     /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// How the receiver of a cell is chosen.
@@ -181,7 +181,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 4,
+    version: 5,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -198,6 +198,8 @@ pub static NODE: Node = Node {
             ],
         },
         Migration { from: 3, steps: &[Step::Keep { name: "schedule", value: "full" }] },
+        // with a larger displacement from level to level, rivers and ridges are no longer straight along rows and diagonals
+        Migration { from: 4, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",

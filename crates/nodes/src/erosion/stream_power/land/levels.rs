@@ -8,14 +8,19 @@ use crate::{
     numerics::{math, par, waves::Waves},
 };
 
-/// How far the land is displaced from one level to the next, in coarse cells, and on all levels beyond.
-const DISPLACED: [f64; 3] = [0.3, 0.15, 0.1];
-/// Wavelengths of the displacement in coarse cells.
-const DISPLACEMENT_WAVES: [f64; 2] = [6.0, 3.0];
-/// The spectral slope that makes its shorter waves two thirds of its longer ones.
-const DISPLACEMENT_SLOPE: f64 = 3.17;
+/// How far the land is displaced from the coarsest level to the second, and on all levels beyond: the standard deviation,
+/// in coarse cells.
+const DISPLACED: [f64; 2] = [1.2, 0.25];
+/// The longest and the shortest wavelength of that displacement in coarse cells. The long waves turn ridges and valleys
+/// that the coarsest level has laid along its rows, columns and diagonals, the short ones bend the stretches from cell to
+/// cell.
+const DISPLACEMENT_WAVES: [[f64; 2]; 2] = [[24.0, 3.0], [6.0, 1.5]];
+/// The spectral slope at which waves of every length bend a line by the same angle.
+const DISPLACEMENT_SLOPE: f64 = 4.0;
+/// The least part of it, in young landscapes.
+const LEAST_DISPLACED: f64 = 0.4;
 /// Displacement fades over so many coarse cells at the sides.
-const SIDE_CELLS: f64 = 3.0;
+const SIDE_CELLS: f64 = 6.0;
 
 impl Land<'_> {
     /// The time in which the land answers a change: how long a wave of erosion, which travels at n K Aᵐ Sⁿ⁻¹, takes
@@ -62,9 +67,9 @@ impl Land<'_> {
         Some((&sediment.debris, sediment.thickness.as_deref()?))
     }
 
-    /// Goes on from a coarser level: its land, interpolated at slightly displaced places, and of the detail of the
-    /// start what the law has left of bumps as small as a cell. Where all of it is left nothing is displaced. Cells at
-    /// base level have moved with it.
+    /// Goes on from a coarser level: its land, interpolated at displaced places, and of the detail of the start what the
+    /// law has left of bumps as small as a cell. Where all of it is left nothing is displaced, and where the run is
+    /// short compared with the response time, less is. Cells at base level have moved with it.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -78,13 +83,16 @@ impl Land<'_> {
     ) -> Result<(), NodeError> {
         let nx = self.grid.nx;
         let coarse_m = below.frame.outer.cell_m();
+        let nth = usize::from(level > 1);
         let displaced = [0, 1].map(|axis| {
-            let [longest, shortest] = DISPLACEMENT_WAVES.map(|cells| cells * coarse_m);
+            let [longest, shortest] = DISPLACEMENT_WAVES[nth].map(|cells| cells * coarse_m);
             let seed = mix(job.seed() ^ mix(0xD15C_0000 + 2 * level + axis));
             Waves { longest_m: longest, spectral_slope: DISPLACEMENT_SLOPE, stretch: 1.0, grain: 0.6, seed }
                 .sampler(shortest)
         });
-        let furthest = DISPLACED[(level as usize - 1).min(DISPLACED.len() - 1)];
+        // rivers of a young landscape still have the courses of the initial terrain, which no grid has laid
+        let made_anew = (below.time_yr / below.response_yr).min(1.0);
+        let furthest = DISPLACED[nth] * (made_anew * made_anew).max(LEAST_DISPLACED);
         let per_k = below.time_yr * self.area.least_power() / self.cell_m;
         let [before, after] = below.heights.map(|heights| move |cell: usize| f64::from(heights[cell]));
         let mut heights = std::mem::take(&mut self.heights);

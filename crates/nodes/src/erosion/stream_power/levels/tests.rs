@@ -23,7 +23,7 @@ fn land(cells: u32, sides: &str, changes: &str) -> Field {
         "(format: 1, world: (size: \"16 km\", cells: {cells}, seed: 3, boundary: {sides}), nodes: {{ \
          \"hills\": Ridged(wavelength: \"4 km\", amplitude: \"200 m\"), \
          \"rise\": Uplift(centre: (\"8 km\", \"8 km\"), radius: \"9 km\", rate: \"2 mm/yr\"), \
-         \"rivers\": StreamPower(version: 4, height: \"hills\", uplift: \"rise\", erodibility: 4e-6, duration: \"1.5 Myr\"{changes}), \
+         \"rivers\": StreamPower(version: 5, height: \"hills\", uplift: \"rise\", erodibility: 4e-6, duration: \"1.5 Myr\"{changes}), \
          }}, outputs: {{ \"height\": \"rivers\" }})"
     );
     let document = Document::parse(text, &crate::registry());
@@ -142,7 +142,7 @@ fn finer_cells_pass_the_last_level_only() {
     let registry = Registry::new(nodes.chain([&COUNTED]));
     let text = "(format: 1, world: (size: \"16 km\", cells: 128, seed: 3, boundary: inland), nodes: { \
          \"hills\": Ridged(wavelength: \"4 km\", amplitude: \"200 m\"), \
-         \"rivers\": StreamPower(version: 4, height: \"hills\", uplift: 0.001, deposition: 0.4, duration: \"1 Myr\", \
+         \"rivers\": StreamPower(version: 5, height: \"hills\", uplift: 0.001, deposition: 0.4, duration: \"1 Myr\", \
          time_step: 5e4), }, outputs: { \"height\": \"rivers\", \"sediment\": \"rivers.sediment\" })";
     let document = Document::parse(text.to_owned(), &registry);
     let ports: Vec<_> = document.outputs().iter().map(|output| output.port).collect();
