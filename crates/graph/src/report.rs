@@ -60,10 +60,10 @@ pub struct Amount {
     pub volume: f64,
 }
 
-/// A curve: y over x.
+/// A curve: y over x, or a histogram.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Series {
-    /// Name in snake case, such as `slope_histogram`.
+    /// Name in snake case, such as `spectrum`; that of a histogram ends in `_histogram`.
     pub name: String,
     /// Abscissa, with its unit.
     pub x: Axis,
@@ -96,6 +96,24 @@ impl Axis {
     #[must_use]
     pub fn logarithmic(label: &str, unit: &str, values: Vec<f64>) -> Self {
         Self { log: true, ..Self::new(label, unit, values) }
+    }
+}
+
+impl Series {
+    /// The bars of a histogram: where each begins and ends, and its height. Returns None for a curve.
+    ///
+    /// Bars are equally wide. They begin at their abscissas if the label of the axis ends in `from`; otherwise the
+    /// abscissas are their centres.
+    #[must_use]
+    pub fn bars(&self) -> Option<Vec<[f64; 3]>> {
+        let &[first, second, ..] = self.x.values.as_slice() else { return None };
+        if self.x.log || !self.name.ends_with("_histogram") {
+            return None;
+        }
+        let width = second - first;
+        let before = if self.x.label.ends_with(" from") { 0.0 } else { 0.5 * width };
+        let pairs = self.x.values.iter().zip(&self.y.values);
+        Some(pairs.map(|(x, y)| [x - before, x - before + width, *y]).collect())
     }
 }
 
@@ -169,7 +187,21 @@ impl Balance {
 
 #[cfg(test)]
 mod tests {
-    use super::Balance;
+    use super::{Axis, Balance, Series};
+
+    #[test]
+    fn only_a_histogram_has_bars() {
+        let series = |name: &str, label: &str| Series {
+            name: name.to_owned(),
+            x: Axis::new(label, "°", vec![0.0, 10.0, 20.0]),
+            y: Axis::new("share", "", vec![0.5, 0.3, 0.2]),
+        };
+        let from = series("slope_histogram", "slope from").bars().expect("bars");
+        assert_eq!(from, [[0.0, 10.0, 0.5], [10.0, 20.0, 0.3], [20.0, 30.0, 0.2]]);
+        let around = series("aspect_histogram", "facing").bars().expect("bars");
+        assert_eq!(around[1], [5.0, 15.0, 0.3]);
+        assert_eq!(series("spectrum", "slope from").bars(), None);
+    }
 
     #[test]
     fn a_balance_states_what_is_missing_as_a_fraction_of_what_moved() {

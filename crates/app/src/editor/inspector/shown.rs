@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use egui::{Grid, Label, RichText, Ui, vec2};
-use egui_plot::{HoverPosition, Line, Plot, PlotPoints};
+use egui_plot::{Bar, BarChart, HoverPosition, Line, Plot, PlotPoints};
 use orograph_graph::{Field, Lines, PortType, Report, Unit, Value, plain};
 use orograph_nodes::numerics::math;
 
@@ -226,6 +226,11 @@ fn report(ui: &mut Ui, report: &Report) {
             Some(format!("{x}, {y}"))
         });
         plot.allow_boxed_zoom(false).show(ui, |plot| {
+            if let Some(bars) = series.bars() {
+                let bar = |[from, to, height]: [f64; 3]| Bar::new(0.5 * (from + to), height).width(to - from);
+                let bars = bars.into_iter().filter(|bar| bar[2].is_finite()).map(bar).collect();
+                return plot.bar_chart(BarChart::new(words(&series.name), bars).color(colour));
+            }
             plot.line(Line::new(words(&series.name), PlotPoints::from(points)).color(colour).width(1.5));
         });
     }

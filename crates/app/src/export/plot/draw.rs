@@ -7,7 +7,7 @@ use plotters::{
     chart::{ChartBuilder, SeriesLabelPosition},
     coord::Shift,
     drawing::{DrawingArea, IntoDrawingArea},
-    element::{DashedPathElement, IntoDynElement, PathElement},
+    element::{DashedPathElement, IntoDynElement, PathElement, Rectangle},
     prelude::{BitMapBackend, DrawingBackend, SVGBackend},
     series::{DashedLineSeries, LineSeries},
     style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle, TextStyle, register_font},
@@ -18,6 +18,9 @@ use crate::report::reading::words;
 
 /// The family of the texts: in an SVG that of the viewer, in a picture the font of the program.
 const FONT: &str = "sans-serif";
+
+/// How opaque the bars of a histogram are, so that the outline of the reference shows through.
+const BARS: f64 = 0.55;
 
 /// Colours of a theme.
 struct Colours {
@@ -127,9 +130,15 @@ fn draw<DB: DrawingBackend>(root: &DrawingArea<DB, Shift>, plot: &Plot, theme: T
         .set_all_tick_mark_size(6 * zoom)
         .draw()
         .map_err(|error| wrong(&error))?;
-    for (at, Curve { label, points }) in plot.curves.iter().enumerate() {
-        let style = line(&colours.curves[at], 3 * zoom);
+    for (at, Curve { label, points, bars }) in plot.curves.iter().enumerate() {
+        let style = line(&colours.curves[at], if bars.is_empty() { 3 } else { 2 } * zoom);
+        let fill = colours.curves[at].mix(BARS).filled();
+        if at == 0 {
+            let bar = |&[from, to, height]: &[f64; 3]| Rectangle::new([(from, 0.0), (to, height)], fill);
+            chart.draw_series(bars.iter().map(bar)).map_err(|error| wrong(&error))?;
+        }
         let points = points.iter().map(|[x, y]| (*x, *y));
+        let (is_bars, half) = (!bars.is_empty(), (9 * zoom) as i32);
         let (dash, gap) = ((14 * zoom) as i32, (8 * zoom) as i32);
         let end = (52 * zoom) as i32;
         // The reference is dashed, so that the curves differ without their colours.
@@ -140,7 +149,9 @@ fn draw<DB: DrawingBackend>(root: &DrawingArea<DB, Shift>, plot: &Plot, theme: T
         };
         series.map_err(|error| wrong(&error))?.label(label).legend(move |(left, middle)| {
             let path = [(left, middle), (left + end, middle)];
-            if at == 0 {
+            if at == 0 && is_bars {
+                Rectangle::new([(left, middle - half), (left + end, middle + half)], fill).into_dyn()
+            } else if at == 0 {
                 PathElement::new(path, style).into_dyn()
             } else {
                 DashedPathElement::new(path, dash, gap, style).into_dyn()

@@ -50,7 +50,10 @@ struct Label {
 #[derive(Clone, Debug, PartialEq)]
 struct Curve {
     label: String,
+    /// Of a histogram, its outline.
     points: Vec<[f64; 2]>,
+    /// The bars of a histogram: where each begins and ends, and its height. Empty for a curve.
+    bars: Vec<[f64; 3]>,
 }
 
 impl Plot {
@@ -111,13 +114,29 @@ impl Label {
 
 impl Curve {
     fn of(label: &str, series: &Series) -> Self {
+        let label = label.to_owned();
+        if let Some(mut bars) = series.bars() {
+            bars.retain(|bar| bar[2].is_finite());
+            // empty bars at the end only make the others narrower
+            let end = bars.iter().rposition(|bar| bar[2] > 0.0).map_or(0, |last| last + 1);
+            bars.truncate(end);
+            return Self { label, points: outline(&bars), bars };
+        }
         let is_shown = |value: f64, axis: &Axis| value.is_finite() && (!axis.log || value > 0.0);
         let points = series.x.values.iter().zip(&series.y.values).map(|(x, y)| [*x, *y]);
         let points: Vec<_> = points.filter(|[x, y]| is_shown(*x, &series.x) && is_shown(*y, &series.y)).collect();
         let step = points.len().div_ceil(MOST_POINTS).max(1);
         let last = points.last().copied().filter(|_| step > 1);
-        Self { label: label.to_owned(), points: points.into_iter().step_by(step).chain(last).collect() }
+        Self { label, points: points.into_iter().step_by(step).chain(last).collect(), bars: Vec::new() }
     }
+}
+
+/// The line around the bars of a histogram, from the ground at the left to the ground at the right.
+fn outline(bars: &[[f64; 3]]) -> Vec<[f64; 2]> {
+    let ends = bars.first().zip(bars.last()).map(|(first, last)| [[first[0], 0.0], [last[1], 0.0]]);
+    let tops = bars.iter().flat_map(|&[from, to, height]| [[from, height], [to, height]]);
+    let Some([left, right]) = ends else { return Vec::new() };
+    std::iter::once(left).chain(tops).chain([right]).collect()
 }
 
 /// Creates the folder for plots.
@@ -203,6 +222,35 @@ mod tests {
             assert_eq!([&png, &svg].map(|path| std::fs::read(path).expect("bytes")), bytes);
         }
         assert_eq!(Plot::of(("made.exr", &made), None)[0].curves.len(), 1);
+    }
+
+    #[test]
+    fn a_histogram_is_drawn_as_bars_and_that_of_the_reference_as_an_outline() {
+        let report = |peak: f64| {
+            let share = |at: f64| 0.06 * math::exp(-(at - peak) * (at - peak) / 200.0);
+            let slopes: Vec<f64> = (0..90).map(f64::from).collect();
+            let shares = slopes.iter().map(|at| if *at < 70.0 { share(*at) } else { 0.0 }).collect();
+            let mut report = Report::default();
+            report.series.push(Series {
+                name: "slope_histogram".to_owned(),
+                x: Axis::new("slope from", "°", slopes),
+                y: Axis::new("share of the area", "", shares),
+            });
+            report
+        };
+        let (made, real) = (report(30.0), report(24.0));
+        let plots = Plot::of(("made.exr", &made), Some(("real.tif", &real)));
+        let [own, other] = &plots[0].curves[..] else { panic!("two curves") };
+        assert_eq!((own.bars.len(), own.bars[69][1], other.points.len()), (70, 70.0, 2 * 70 + 2));
+        assert_eq!((own.points[0], own.points[2], own.points[141]), ([0.0; 2], [1.0, own.bars[0][2]], [70.0, 0.0]));
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = std::env::var_os("OROGRAPH_PICTURES").map_or_else(|| place.path().to_owned(), PathBuf::from);
+        for theme in [Theme::Light, Theme::Dark] {
+            let [_, svg] = plots[0].write(&folder, theme).expect("written");
+            let text = std::fs::read_to_string(&svg).expect("text");
+            let bars = text.matches("<rect").count();
+            assert!(bars >= 70, "{bars} rectangles");
+        }
     }
 
     #[test]
