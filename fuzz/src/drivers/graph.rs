@@ -83,7 +83,7 @@ impl Graphs {
             declared.map_or(Vec::new(), |node| node.inputs.iter().map(|input| input.name).collect());
         let at = dice.one_in(2).then(|| [dice.float(), dice.float()]);
         let text = || -> &str { "2 km" };
-        match dice.number(..18) {
+        match dice.number(..19) {
             0 => Edit::AddNode { name: name(&["n1", "n2"], dice), kind: name(&self.kinds, dice), at },
             1 => Edit::RemoveNode { name: node },
             2 => Edit::RenameNode { from: node, to: name(&["r1", "r2"], dice) },
@@ -105,6 +105,12 @@ impl Graphs {
             14 => Edit::SetLayout { node, at },
             15 => Edit::SetNote { node, note: dice.damaged_text(text(), &PIECES) },
             16 => Edit::SetMuted { node, muted: dice.one_in(2) },
+            17 => {
+                let typed = ["2 km", "0.3", "", "inf", "-1", "(1, 2)", "\"", "1e400"];
+                let values = (0..dice.number(..5)).map(|_| dice.one_in(2).then(|| (*dice.pick(&typed)).to_owned()));
+                let values = values.collect();
+                Edit::SetExpected { name: (*dice.pick(&["relief", "slope.p50", "in", "cell", "x"])).to_owned(), values }
+            }
             _ => Edit::Expose { node, name: name(&params, dice), to: name(&["shown", "other"], dice) },
         }
     }

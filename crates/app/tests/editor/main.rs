@@ -11,6 +11,7 @@ mod device;
 mod drags;
 mod drape;
 mod draw;
+mod expected;
 mod export;
 mod files;
 mod frames;

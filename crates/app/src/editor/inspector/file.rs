@@ -1,9 +1,10 @@
-//! The settings of the file: its world, its outputs, and its exposed parameters and inputs.
+//! The settings of the file: its world, its outputs, what it expects, and its exposed parameters and inputs.
 
 use egui::{Button, ComboBox, Label, RichText, Ui, containers::menu::MenuButton, containers::menu::MenuConfig};
 use orograph_graph::{Boundary, Edge, Edit, ParamSpec, Port, Unit, World};
 
 use super::{
+    expected,
     form::{FormState, TextField, line, section, title},
     node, number, place,
     target::Target,
@@ -25,6 +26,8 @@ pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     world(ui, form, session);
     section(ui, "Outputs");
     outputs(ui, form, session);
+    section(ui, "Expectations");
+    expected::show(ui, form, session);
     section(ui, "Exposed parameters");
     parameters(ui, form, session);
     if !session.document().inputs().is_empty() {

@@ -69,6 +69,16 @@ impl Expectation {
         }
     }
 
+    /// The lowest and the highest figure as they can be typed, with the unit; empty for an open side.
+    #[must_use]
+    pub fn typed(&self) -> [String; 2] {
+        self.bounds.map(|bound| match Unit::of_symbol(self.measure.unit) {
+            _ if bound.is_infinite() => String::new(),
+            Some(unit) => unit.display(bound),
+            None => plain(bound),
+        })
+    }
+
     /// The bounds as text: `0.4 to 0.6`, `at least 3 km`.
     #[must_use]
     pub fn bounds_text(&self) -> String {

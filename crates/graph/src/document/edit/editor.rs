@@ -1,6 +1,7 @@
 //! How an edit changes the text: each step is a splice at spans of the tree, and the result is parsed again.
 
 mod canvas;
+mod expected;
 mod named;
 mod values;
 mod worlds;

@@ -146,6 +146,14 @@ pub enum Edit {
         /// The new name.
         to: String,
     },
+    /// Sets or removes an entry of the file's `expect`: the bounds of a measure, `in`, or `cell`.
+    SetExpected {
+        /// The measure, `in`, or `cell`.
+        name: String,
+        /// Typed numbers and quantities: two bounds for a measure, of which an empty one is an open side; four for `in`;
+        /// one for `cell`. None keeps what is written. An empty list removes the entry.
+        values: Vec<Option<String>>,
+    },
     /// Sets size, cells, seed, boundary and sea level; unchanged fields are not touched.
     SetWorld(World),
     /// Sets or removes a node's position in the editor.
@@ -290,6 +298,7 @@ impl Edit {
             }
             Self::RemoveOutput { name } => editor.remove_output(name),
             Self::RenameOutput { from, to } => editor.rename_output(from, to),
+            Self::SetExpected { name, values } => editor.set_expected(name, values),
             Self::SetWorld(world) => editor.set_world(world),
             Self::SetLayout { node, at } => {
                 editor.item(node)?;

@@ -272,13 +272,16 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         "",
     ])
     .prop_map(str::to_owned);
+    let measure = prop::sample::select(vec!["relief", "slope.p50", "cell", "in", "height"]).prop_map(str::to_owned);
     let at = prop::option::of((-1000..1000_i32, 0..1000_i32).prop_map(|(x, y)| [f64::from(x), f64::from(y) / 4.0]));
     let leaf = prop_oneof![
         (node(), kind, at.clone()).prop_map(|(name, kind, at)| Edit::AddNode { name, kind, at }),
         node().prop_map(|name| Edit::RemoveNode { name }),
         (node(), node()).prop_map(|(from, to)| Edit::RenameNode { from, to }),
-        (node(), name(), typed).prop_map(|(node, name, text)| Edit::SetText { node, name, text }),
+        (node(), name(), typed.clone()).prop_map(|(node, name, text)| Edit::SetText { node, name, text }),
         (node(), name()).prop_map(|(node, name)| Edit::Reset { node, name }),
+        (measure, prop::collection::vec(prop::option::of(typed), 0..3))
+            .prop_map(|(name, values)| Edit::SetExpected { name, values }),
         (wire.clone(), node(), name()).prop_map(|(from, to, input)| Edit::Connect { from, to, input }),
         (node(), name(), 0.0..80.0_f64).prop_map(|(node, input, value)| Edit::SetConstant { node, input, value }),
         (node(), wire).prop_map(|(name, from)| Edit::SetOutput { name, from }),

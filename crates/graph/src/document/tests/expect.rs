@@ -142,6 +142,49 @@ fn edits_keep_what_is_expected() {
 }
 
 #[test]
+fn expectations_are_added_changed_and_removed_in_place() {
+    let mut document = parse("(\n    nodes: { \"a\": Ridged },\n    outputs: { \"height\": \"a\" },\n)\n");
+    let start = document.source().to_owned();
+    let edit = |name: &str, values: &[Option<&str>]| Edit::SetExpected {
+        name: name.into(),
+        values: values.iter().map(|value| value.map(str::to_owned)).collect(),
+    };
+    let listed = |document: &Document| document.expectations().map(|found| found.list.len());
+    document.apply(&edit("relief", &[Some("2 km"), Some("")])).expect("is possible");
+    assert!(document.source().contains(r#"expect: { "relief": ("2 km", inf) }"#), "{}", document.source());
+    // the other bound stays as it is written
+    document.apply(&edit("relief", &[None, Some("3500")])).expect("is possible");
+    document.apply(&edit("slope.p50", &[Some(" "), Some("0.5 rad")])).expect("is possible");
+    document.apply(&edit("cell", &[Some("90 m")])).expect("is possible");
+    document.apply(&edit("in", &["0", "1 km", "2 km", "2 km"].map(Some))).expect("is possible");
+    let text = r#""relief": ("2 km", 3500), "slope.p50": (-inf, "0.5 rad"), "cell": "90 m", "in": (0, "1 km", "2 km", "2 km")"#;
+    assert!(document.source().contains(text), "{}", document.source());
+    let expected = document.expectations().expect("expectations");
+    assert_eq!(expected.list[0].typed(), ["2 km", "3.5 km"]);
+    assert_eq!((expected.list[1].typed()[0].as_str(), expected.cell_m), ("", Some(90.0)));
+    for (name, values, said) in [
+        ("releif", &[Some("1"), Some("2")][..], "did you mean `relief`?"),
+        ("relief", &[Some("4 km"), None], "the lowest figure of `relief` is above the highest"),
+        ("relief", &[Some("4 years"), None], "is not a unit of a length"),
+        ("relief", &[Some("1"), Some("2"), Some("3")], "takes a lowest and a highest figure"),
+        ("cell", &[Some("-3")], "must be above zero"),
+        ("spectrum.beta", &[], "no entry `spectrum.beta`"),
+    ] {
+        let before = document.source().to_owned();
+        let refused = document.apply(&edit(name, values)).expect_err(said).to_string();
+        assert!(refused.contains(said) && document.source() == before, "{refused}");
+    }
+    // typed text cannot leave its place
+    assert!(document.apply(&edit("relief", &[Some("1), \"x\": (2"), None])).is_err());
+    for name in ["relief", "slope.p50", "in", "cell"] {
+        document.apply(&edit(name, &[])).expect("is possible");
+    }
+    assert_eq!((document.source(), listed(&document)), (start.as_str(), None));
+    (0..4).for_each(|_| assert!(document.undo()));
+    assert_eq!(listed(&document), Some(2));
+}
+
+#[test]
 fn only_the_file_itself_is_expected_to_hold() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("alps.ron"), ALPS).expect("written");
