@@ -121,6 +121,128 @@ fn requests_that_make_no_sense_are_refused() {
     }
 }
 
+/// A range that rivers cut, whose uplift varies from place to place.
+const RANGE: &str = r#"(
+    format: 1,
+    world: (size: (20000, 20000), cells: (64, 64), seed: 3),
+    nodes: {
+        "ground": Perlin(wavelength: "12 km", octaves: 6, amplitude: "150 m"),
+        "blocks": Perlin(wavelength: "10 km", octaves: 1, amplitude: 1),
+        "rise": Remap(value: "blocks", from: (-1, 1), to: (0.0002, 0.0018), quantity: rate),
+        // the uplift is to be found
+        "rivers": StreamPower(version: 4, height: "ground", uplift: "rise", erodibility: 0.000003, duration: "600 kyr"),
+    },
+    outputs: { "height": "rivers", "rise": "rise" },
+)
+"#;
+
+/// The place with the range of an even uplift, and the target.
+fn uplifted() -> Place {
+    let place = Place::new();
+    place.write("truth.ron", RANGE);
+    place.run(&["run", "truth.ron", "-o", "t", "--format", "tiff"]).done();
+    place.write("start.ron", &RANGE.replace("uplift: \"rise\"", "uplift: \"0.7 mm/yr\""));
+    place
+}
+
+fn fit_field(place: &Place, args: &[&str]) -> Ran {
+    place.run(&[&["fit", "start.ron", "--target", "t/height.tif", "-o", "out.ron"], args].concat())
+}
+
+/// The values of a raw raster.
+fn raw(place: &Place, name: &str) -> Vec<f64> {
+    let bytes = place.bytes(name);
+    bytes.chunks_exact(4).map(|four| f64::from(f32::from_le_bytes(four.try_into().expect("four bytes")))).collect()
+}
+
+#[test]
+fn an_uplift_field_is_recovered_as_a_raster_beside_the_graph() {
+    let place = uplifted();
+    let ran = fit_field(&place, &["--vary", "rivers.uplift@5 km", "--evaluations", "12"]).done();
+    for text in ["rivers.uplift", "-10 %", "8 x 8 values", "out.rivers_uplift.asc", "loss by measures"] {
+        assert!(ran.out.contains(text), "{text} is not in {}", ran.out);
+    }
+    assert!(ran.err.starts_with("   1  loss ") && ran.err.contains("rivers.uplift 0.7 mm/yr"), "{}", ran.err);
+    // the graph reads the field, and keeps its comments
+    let fitted = place.read("out.ron");
+    for text in [
+        "uplift: \"rivers_uplift\"",
+        "\"rivers_uplift\": Remap(value: \"rivers_uplift_map\", quantity: rate, clamp: false)",
+        "Import(version: 2, file: \"out.rivers_uplift.asc\", quantity: scalar, placement: stretch)",
+        "// the uplift is to be found",
+    ] {
+        let plain = fitted.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(plain.contains(text), "{text} is not in {fitted}");
+    }
+    place.run(&["check", "out.ron"]).done();
+    // the uplift of the twin at the same values
+    let truth = fitted.replace("\"height\": \"rivers\"", "\"found\": \"rivers_uplift\", \"height\": \"rivers\"");
+    place.write("both.ron", &truth);
+    place
+        .run(&["run", "both.ron", "-o", "b", "--cells", "8", "--only", "found", "--only", "rise", "--format", "r32"])
+        .done();
+    let [found, rise] = [raw(&place, "b/found.r32"), raw(&place, "b/rise.r32")];
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let [a, b] = [mean(&found), mean(&rise)];
+    let sum = |f: &dyn Fn(f64, f64) -> f64| found.iter().zip(&rise).map(|(x, y)| f(x - a, y - b)).sum::<f64>();
+    let correlation = sum(&|x, y| x * y) / (sum(&|x, _| x * x) * sum(&|_, y| y * y)).sqrt();
+    assert!(correlation > 0.9 && (a / b - 1.0).abs() < 0.05, "correlation {correlation}, means {a} and {b}");
+}
+
+#[test]
+fn a_field_is_the_same_on_any_number_of_threads() {
+    let place = uplifted();
+    let with = |threads: &str| {
+        let args =
+            ["--vary", "rivers.uplift@10 km=0.1..1.2 mm/yr", "--evaluations", "4", "--json", "--threads", threads];
+        (fit_field(&place, &args).done().out, place.bytes("out.ron"), place.bytes("out.rivers_uplift.asc"))
+    };
+    let one = with("1");
+    assert_eq!(one, with("2"));
+    let page: serde_json::Value = serde_json::from_str(&one.0).expect("JSON");
+    assert_eq!((page["evaluations"].as_array().map(Vec::len), &page["grid"]), (Some(4), &serde_json::json!([4, 4])));
+    let values = page["values"].as_array().expect("values");
+    assert!(
+        values.iter().all(|value| value.as_f64().is_some_and(|value| (1e-4..=1.2001e-3).contains(&value))),
+        "{page:#}"
+    );
+    assert!(page["loss"].as_f64() < page["loss_at_start"].as_f64(), "{page:#}");
+}
+
+#[test]
+fn fields_that_make_no_sense_are_refused() {
+    let place = uplifted();
+    for (args, said) in [
+        (&["--vary", "rivers.uplift@fast"][..], &["`fast` is not a wavelength"][..]),
+        (&["--vary", "rivers.uplift@0 m"], &["is not a wavelength"]),
+        (&["--vary", "rivers.uplift@500 m"], &["does not fit the world and its cells", "1.25 km to 20 km"]),
+        (&["--vary", "rivers.uplift@90 km"], &["does not fit the world"]),
+        (&["--vary", "rivers.upliff@5 km"], &["takes a field of numbers", "did you mean `uplift`?"]),
+        (&["--vary", "rivers.duration@5 km"], &["takes a field of numbers", "those of `rivers` that do are"]),
+        (&["--vary", "river.uplift@5 km"], &["there is no node `river`", "did you mean `rivers`?"]),
+        (&["--vary", "uplift@5 km"], &["write `--vary NODE.INPUT@WAVELENGTH`"]),
+        (&["--vary", "rivers.height@5 km"], &["it has no range of values", "fit another input: "]),
+        (&["--vary", "rivers.uplift@5 km=3..1 mm/yr"], &["is empty"]),
+        (&["--vary", "rivers.uplift@5 km=0..3"], &["not within the declared one"]),
+        (&["--vary", "rivers.uplift@5 km", "--vary", "rivers.repose"], &["a field is fitted alone"]),
+        (&["--vary", "rivers.uplift@5 km", "--evaluations", "2"], &["2 evaluations cannot fit a field"]),
+    ] {
+        fit_field(&place, args).ended(1, said);
+    }
+    let small = RANGE.replace("(20000, 20000)", "(10000, 10000)");
+    place.write("start.ron", &small);
+    fit_field(&place, &["--vary", "rivers.uplift@5 km"])
+        .ended(1, &["covers 20 km x 20 km, but the world 10 km x 10 km"]);
+    // an input that the output does not depend on
+    let apart = RANGE.replace(
+        "\"rivers\": Stream",
+        "\"other\": StreamPower(version: 4, height: \"ground\"),\n        \"rivers\": Stream",
+    );
+    place.write("start.ron", &apart);
+    fit_field(&place, &["--vary", "other.uplift@5 km"]).ended(1, &["the height does not depend on it"]);
+    assert!(!place.path("out.ron").exists() && !place.path("out.other_uplift.asc").exists());
+}
+
 /// The first press of Ctrl-C ends the search, whose best values are written.
 #[cfg(target_os = "linux")]
 #[test]

@@ -9,6 +9,7 @@ use crate::{
     prelude::*,
     wgsl,
 };
+use orograph_graph::{ParamType, ParamValue};
 
 choice! {
     /// Quantity of the result, which decides where it may be wired.
@@ -86,20 +87,33 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-fn port_type(params: &ParamValues) -> PortType {
-    match Params::read(params).quantity {
-        Quantity::Height => PortType::Height,
-        Quantity::Mask => PortType::Mask,
-        Quantity::Scalar => PortType::Scalar(Unit::One),
-        Quantity::Length => PortType::Scalar(Unit::Metres),
-        Quantity::Angle => PortType::Scalar(Unit::Degrees),
-        Quantity::Rate => PortType::Scalar(Unit::MetresPerYear),
-        Quantity::Erodibility => PortType::Scalar(Unit::Erodibility),
-        Quantity::Diffusivity => PortType::Scalar(Unit::SquareMetresPerYear),
-        Quantity::Temperature => PortType::Scalar(Unit::Celsius),
-        Quantity::Rainfall => PortType::Scalar(Unit::MillimetresPerHour),
-        Quantity::Area => PortType::Scalar(Unit::SquareMetres),
+/// The name of the quantity that an input of this type takes. Returns None when there is none.
+#[must_use]
+pub fn quantity_of(input: PortType) -> Option<&'static str> {
+    let ty = |name: &'static str| Quantity::from_value(&ParamValue::Choice(name)).map(Quantity::port_type);
+    Quantity::OPTIONS.iter().map(|(name, _)| *name).find(|name| ty(name) == Some(input))
+}
+
+impl Quantity {
+    const fn port_type(self) -> PortType {
+        match self {
+            Self::Height => PortType::Height,
+            Self::Mask => PortType::Mask,
+            Self::Scalar => PortType::Scalar(Unit::One),
+            Self::Length => PortType::Scalar(Unit::Metres),
+            Self::Angle => PortType::Scalar(Unit::Degrees),
+            Self::Rate => PortType::Scalar(Unit::MetresPerYear),
+            Self::Erodibility => PortType::Scalar(Unit::Erodibility),
+            Self::Diffusivity => PortType::Scalar(Unit::SquareMetresPerYear),
+            Self::Temperature => PortType::Scalar(Unit::Celsius),
+            Self::Rainfall => PortType::Scalar(Unit::MillimetresPerHour),
+            Self::Area => PortType::Scalar(Unit::SquareMetres),
+        }
     }
+}
+
+fn port_type(params: &ParamValues) -> PortType {
+    Params::read(params).quantity.port_type()
 }
 
 static GPU: GpuKernel = GpuKernel {

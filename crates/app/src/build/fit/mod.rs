@@ -1,5 +1,7 @@
-//! Fitting: the parameters of a graph for which its heightfield comes closest to a target.
+//! Fitting: the parameters of a graph, or a field that it reads, for which its heightfield comes closest to a target.
 
+mod field;
+mod grid;
 mod parameter;
 mod place;
 mod simplex;
@@ -10,7 +12,11 @@ use orograph_graph::{Cancel, Field, NodeError, OutputDecl, PortType, memory::REM
 use orograph_nodes::measure::compare::Reference;
 
 use self::parameter::FIRST;
-pub use self::{parameter::Parameter, place::Vary};
+pub use self::{
+    field::{FieldFit, FieldInput, FieldTrial, FittedField, LEAST, write},
+    parameter::Parameter,
+    place::Vary,
+};
 use super::{Builder, request::Request};
 use crate::report::{
     failure::{Exit, Failure},
@@ -33,7 +39,7 @@ const SMALLER: f64 = 2.5;
 /// once, so a simplex smaller than the grid costs nothing.
 const GRID: f64 = 16.0;
 
-/// Factors of a fitted value at which the loss around it is evaluated.
+/// Factors of fitted values at which the loss around it is evaluated.
 pub const AROUND: [f64; 4] = [0.9, 0.95, 1.05, 1.1];
 
 /// Values of the parameters, with the loss of the terrain that they build.

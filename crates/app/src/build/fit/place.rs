@@ -1,16 +1,19 @@
-//! What `--vary` names: numbers of nodes and of the file, as declared and as written.
+//! What `--vary` names: numbers of nodes and of the file, as declared and as written, and inputs that become fields.
 
 use std::str::FromStr;
 
-use orograph_graph::{Document, Fallback, Instance, Kind, ParamValue, Unit, closest};
+use orograph_graph::{Document, Fallback, Instance, Kind, NodeIndex, ParamValue, Unit, closest};
 
 use crate::report::failure::Failure;
 
-/// `NODE.PARAM` or the name of a parameter of the file, with an optional range `=LO..HI`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// `NODE.PARAM` or the name of a parameter of the file, or `NODE.INPUT@WAVELENGTH` for a field, with an optional range
+/// `=LO..HI`.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Vary {
     pub(super) place: String,
     pub(super) range: Option<String>,
+    /// The shortest wavelength of a field in metres; None for a number.
+    pub(super) wavelength_m: Option<f64>,
 }
 
 impl FromStr for Vary {
@@ -21,6 +24,15 @@ impl FromStr for Vary {
             Some((place, range)) => (place, Some(range.trim().to_owned())),
             None => (text, None),
         };
+        let (place, wavelength) = match place.split_once('@') {
+            Some((place, wavelength)) => (place, Some(wavelength.trim().trim_matches('"'))),
+            None => (place, None),
+        };
+        let length = |text: &str| Unit::Metres.parse(text).ok().filter(|length| *length > 0.0 && length.is_finite());
+        let wavelength_m = wavelength.map(|text| {
+            length(text).ok_or_else(|| format!("`{text}` is not a wavelength; write `node.input@\"5 km\"`"))
+        });
+        let wavelength_m = wavelength_m.transpose()?;
         let parts: Vec<&str> = place.splitn(2, '.').map(str::trim).collect();
         if parts.iter().any(|part| part.is_empty()) {
             return Err("no parameter is named; write `node.param` or `node.param=LO..HI`".to_owned());
@@ -28,7 +40,7 @@ impl FromStr for Vary {
         if range.as_ref().is_some_and(|range| !range.contains("..")) {
             return Err("there is no `..` in the range; write `node.param=LO..HI`, such as `=500 m..2 km`".to_owned());
         }
-        Ok(Self { place: parts.join("."), range })
+        Ok(Self { place: parts.join("."), range, wavelength_m })
     }
 }
 
@@ -37,6 +49,12 @@ impl Vary {
     #[must_use]
     pub fn place(&self) -> &str {
         &self.place
+    }
+
+    /// Returns true if it is a field and not a number.
+    #[must_use]
+    pub const fn is_field(&self) -> bool {
+        self.wavelength_m.is_some()
     }
 }
 
@@ -66,18 +84,26 @@ pub(super) fn find(
     }
 }
 
+/// A similar name, as a remedy.
+fn near(word: &str, known: &[&str]) -> Option<String> {
+    closest(word, known.iter().copied()).map(|near| format!("did you mean `{near}`?"))
+}
+
+/// A node by its name.
+pub(super) fn node(document: &Document, name: &str, wrong: &dyn Fn(&str) -> Failure) -> Result<NodeIndex, Failure> {
+    let names: Vec<&str> = document.nodes().iter().map(|entry| entry.name.as_str()).collect();
+    let Some(entry) = document.node(name) else {
+        let hint = near(name, &names).unwrap_or_else(|| format!("the nodes are {}", names.join(", ")));
+        return Err(wrong(&format!("there is no node `{name}`")).hint(hint));
+    };
+    entry.index.ok_or_else(|| {
+        wrong(&format!("`{name}` is a node of an unknown kind")).hint("`orograph nodes` lists the kinds")
+    })
+}
+
 /// A parameter or an input of a node.
 fn of_node(document: &Document, node: &str, name: &str, wrong: &dyn Fn(&str) -> Failure) -> Result<Declared, Failure> {
-    let near =
-        |word: &str, known: &[&str]| closest(word, known.iter().copied()).map(|near| format!("did you mean `{near}`?"));
-    let names: Vec<&str> = document.nodes().iter().map(|entry| entry.name.as_str()).collect();
-    let Some(entry) = document.node(node) else {
-        let hint = near(node, &names).unwrap_or_else(|| format!("the nodes are {}", names.join(", ")));
-        return Err(wrong(&format!("there is no node `{node}`")).hint(hint));
-    };
-    let Some(index) = entry.index else {
-        return Err(wrong(&format!("`{node}` is a node of an unknown kind")).hint("`orograph nodes` lists the kinds"));
-    };
+    let index = self::node(document, node, wrong)?;
     let instance = document.graph().instance(index);
     let specs = instance.node.specs();
     if let Some(spec) = specs.iter().find(|spec| spec.name == name) {

@@ -200,12 +200,18 @@ impl Request {
     pub fn with(&self, settings: &[Setting], seed: Option<u32>, option: &str) -> Result<Self, Failure> {
         let mut document = self.document.clone();
         settings.iter().try_for_each(|setting| setting.apply(&mut document, option))?;
+        let world = World { seed: seed.unwrap_or(self.world.seed), ..self.world };
+        let window = Window { world, ..self.window };
+        Ok(Self { world, window, ..self.edited(document) })
+    }
+
+    /// The same request for its document with further edits.
+    #[must_use]
+    pub fn edited(&self, document: Document) -> Self {
         let expanded = document.expand();
         let kept = |output: &OutputDecl| self.outputs.iter().any(|known| known.name == output.name);
         let outputs = expanded.outputs.into_iter().filter(kept).collect();
-        let world = World { seed: seed.unwrap_or(self.world.seed), ..self.world };
-        let window = Window { world, ..self.window };
-        Ok(Self { document, graph: expanded.graph, world, window, outputs, ..self.clone() })
+        Self { document, graph: expanded.graph, outputs, ..self.clone() }
     }
 
     /// Keeps only the outputs of these names; all of them if there are none.
