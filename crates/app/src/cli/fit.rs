@@ -43,8 +43,8 @@ use crate::{
 /// values, two to the wavelength, which is corrected where the terrain differs from the target. The target must then
 /// cover the same area as the world. OUT.ron reads the field from a raster beside it.
 ///
-/// The same command gives the same file on any number of threads. Ctrl-C stops the search, writes the best values so far and
-/// exits with 130.
+/// The same command gives the same file on any number of threads. Ctrl-C stops the search, writes the best values so
+/// far and exits with 130.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graph file
