@@ -79,3 +79,22 @@ pub(super) fn check(name: &str, layers: &[Layer]) -> Result<(), String> {
         number("repose", layer.repose, Layer::REPOSES, Unit::Degrees)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_without_thickness_and_too_many_are_refused() {
+        let of = |thickness: f64| [Layer::USUAL, Layer { thickness, ..Layer::USUAL }];
+        for thickness in [0.0, -5.0, f64::NAN, 1e6] {
+            let refused = check("layers", &of(thickness)).expect_err("no thickness");
+            let says = format!("layer 2 of `layers`: `thickness` is {}, but must be", plain(thickness));
+            assert!(refused.starts_with(&says) && refused.contains("0.01"), "{refused}");
+        }
+        assert_eq!(check("layers", &of(0.01)), Ok(()));
+        assert_eq!(check("layers", &vec![Layer::USUAL; Layer::MOST]), Ok(()));
+        let refused = check("layers", &vec![Layer::USUAL; Layer::MOST + 1]).expect_err("too many");
+        assert!(refused.contains("10001 layers, at most 10000"), "{refused}");
+    }
+}

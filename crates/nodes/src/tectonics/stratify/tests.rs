@@ -34,6 +34,21 @@ fn flat_layers_are_cut_at_their_elevations() {
     }
 }
 
+/// One layer is everywhere, and ten thousand are found like few, also where the ground is above and below all of them.
+#[test]
+fn one_layer_and_ten_thousand_fill_the_ground() {
+    let slope = testing::field(testing::world(200, 3, 10.0), |x, _| 6.0 * x - 99.7);
+    for beyond in ["extend", "repeat"] {
+        let found = layers(&slope, &format!("swells=0,winding=0,beyond={beyond},dip=0,top=1000"), table(1));
+        assert!(found.iter().all(|layer| *layer == 1.0), "{beyond}");
+    }
+    let thin = ParamValue::Layers(vec![Layer { thickness: 1.0, ..Layer::USUAL }; Layer::MOST]);
+    let found = layers(&slope, &format!("{PLAIN},dip=0,top=10000"), thin);
+    for (layer, height) in found.iter().zip(slope.samples()) {
+        assert_eq!(f64::from(*layer), (10_001.0 - f64::from(*height)).floor().clamp(1.0, 1e4), "{height}");
+    }
+}
+
 /// Over flat ground a layer is t / sin(dip) wide, along the strike; on a slope that falls with the dip it is wider.
 #[test]
 fn tilted_layers_crop_out_along_analytic_lines() {
