@@ -9,6 +9,7 @@ mod measures;
 mod network;
 mod orders;
 mod peaks;
+mod queue;
 mod relief;
 mod slope;
 mod spectrum;

@@ -6,9 +6,7 @@
 //! 1984). Water leaves at all borders, at voids and in the sea, whatever the boundary of the world. The flood visits
 //! cells from the outlets upwards, which is the order in which everything else is computed.
 
-use std::{cmp::Reverse, collections::BinaryHeap};
-
-use super::Land;
+use super::{Land, queue::Queue};
 use crate::{
     numerics::{par, routing::code::STEPS},
     prelude::*,
@@ -85,8 +83,13 @@ impl Network {
     /// Length of the link to the receiver in metres; 0 where water leaves.
     pub fn length_m(&self, cell: usize) -> f64 {
         let Some(below) = self.below(cell) else { return 0.0 };
-        let [dx, dy] = self.step(cell, below);
-        self.cell_m * if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 }
+        // with three columns, cells whose numbers differ by one are in one row
+        let apart = cell.abs_diff(below);
+        let is_straight = match self.nx {
+            ..3 => self.step(cell, below).contains(&0),
+            nx => apart == 1 || apart == nx,
+        };
+        self.cell_m * if is_straight { 1.0 } else { std::f64::consts::SQRT_2 }
     }
 
     /// Columns and rows from a cell to another.
@@ -149,7 +152,7 @@ struct Flood<'a> {
     order: Vec<u32>,
     flooded: [usize; 2],
     /// Cells by level, then by number.
-    open: BinaryHeap<Reverse<(u64, u32)>>,
+    open: Queue,
 }
 
 /// The order-preserving number of a level.
@@ -172,19 +175,19 @@ impl<'a> Flood<'a> {
             still: vec![f32::NAN; nx * ny],
             order: Vec::with_capacity(nx * ny),
             flooded: [0; 2],
-            open: BinaryHeap::new(),
+            open: Queue::new(),
         }
     }
 
     fn begin(&mut self, cell: usize) {
         self.level[cell] = f64::from(self.heights[cell]);
         self.still[cell] = self.heights[cell];
-        self.open.push(Reverse((ordered(self.level[cell]), cell as u32)));
+        self.open.push(ordered(self.level[cell]), cell as u32);
     }
 
     fn run(&mut self, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<(), NodeError> {
         let (nx, ny) = (self.nx, self.ny);
-        while let Some(Reverse((_, cell))) = self.open.pop() {
+        while let Some(cell) = self.open.pop() {
             if self.order.len().is_multiple_of(1 << 16) {
                 check()?;
             }
@@ -199,7 +202,7 @@ impl<'a> Flood<'a> {
                 self.still[next] = still.max(height);
                 self.flooded[0] += usize::from(still > height);
                 self.flooded[1] += usize::from(still - height > 1.0);
-                self.open.push(Reverse((ordered(self.level[next]), next as u32)));
+                self.open.push(ordered(self.level[next]), next as u32);
             }
         }
         Ok(())

@@ -36,13 +36,14 @@ pub(super) fn measure(land: &Land<'_>, report: &mut Report) {
         report.notes.push("the spectrum needs 32 x 32 cells without voids, sea or mask".to_owned());
         return;
     }
+    let waves = waves(side);
     for band in &BANDS {
         let lowest = if band.cells[1] == 0.0 { 4.0 } else { side as f64 / band.cells[1] };
-        let curve = bins(&power, side, [lowest, side as f64 / band.cells[0]], band.bins);
+        let curve = bins(&power, &waves, side, [lowest, side as f64 / band.cells[0]], band.bins);
         let points: Vec<[f64; 2]> = curve.iter().map(|point| point.map(math::log10)).collect();
         put(report, band.name, if points.len() < 3 { f64::NAN } else { -line(&points).slope });
     }
-    let curve = bins(&power, side, [1.0, side as f64 / 2.0], 32);
+    let curve = bins(&power, &waves, side, [1.0, side as f64 / 2.0], 32);
     let length_m = side as f64 * land.cell_m();
     report.series.push(Series {
         name: "spectrum".to_owned(),
@@ -55,19 +56,28 @@ pub(super) fn measure(land: &Land<'_>, report: &mut Report) {
     });
 }
 
+/// The waves per side of each place in the first half of the spectrum's rows, and their logarithm. The second half
+/// mirrors the first.
+fn waves(side: usize) -> Vec<[f64; 2]> {
+    let half = side / 2 + 1;
+    par::map(half * half, |at| {
+        let waves = math::hypot((at % half) as f64, (at / half) as f64);
+        [waves, math::ln(waves)]
+    })
+}
+
 /// Mean power in logarithmic bins of wavenumber, in waves per side: the bin's geometric middle and the mean.
-fn bins(power: &[f64], side: usize, [low, high]: [f64; 2], bins: usize) -> Vec<[f64; 2]> {
+fn bins(power: &[f64], waves: &[[f64; 2]], side: usize, [low, high]: [f64; 2], bins: usize) -> Vec<[f64; 2]> {
     let half = side / 2 + 1;
     let (from, width) = (math::ln(low), math::ln(high / low) / bins as f64);
     let mut sums = vec![[0.0; 2]; bins];
     for (at, power) in power.iter().enumerate() {
         let (m, n) = (at % half, at / half);
-        let n = if n > side / 2 { n as f64 - side as f64 } else { n as f64 };
-        let waves = math::hypot(m as f64, n);
+        let [waves, ln_waves] = waves[n.min(side - n) * half + m];
         if waves < low || waves >= high {
             continue;
         }
-        let bin = (((math::ln(waves) - from) / width) as usize).min(bins - 1);
+        let bin = (((ln_waves - from) / width) as usize).min(bins - 1);
         // every column but the first and, for even sides, the last stands for two
         let weight = if m == 0 || 2 * m == side { 1.0 } else { 2.0 };
         sums[bin] = [sums[bin][0] + weight, sums[bin][1] + weight * power];

@@ -2,7 +2,7 @@
 
 use super::{Land, put};
 use crate::{
-    numerics::{math, par},
+    numerics::{math, par, simd::simd},
     prelude::*,
 };
 use orograph_graph::{Axis, Series};
@@ -45,71 +45,164 @@ impl Sums {
         self
     }
 
-    /// Adds the cell in the middle of 5 x 5 heights, relative to it, with the sum of the nine unit normals around it.
-    fn add(&mut self, patch: &[[f64; 5]; 5], normal: [f64; 3], cell_m: f64) {
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for row in &patch[1..4] {
-            for z in &row[1..4] {
-                sum += z;
-                squares += z * z;
+    /// Adds the cells of a row.
+    fn add(&mut self, row: &Row, cell_m: f64) {
+        let drop = 4.0 * cell_m;
+        for at in 0..row.sum.len() {
+            // NaN if any height around the cell is
+            if !row.sum[at].is_finite() {
+                continue;
+            }
+            self.cells += 1.0;
+            self.detail += row.mean[at] * row.mean[at];
+            self.ruggedness += row.ruggedness[at];
+            let mut power = 1.0;
+            for moment in &mut self.laplacian {
+                power *= row.laplacian[at];
+                *moment += power;
+            }
+            self.vectors += row.bend[at];
+            let gradient = row.gradient[at];
+            if gradient > STEEP_2 {
+                self.patches += 1.0;
+                self.plane += f64::from(u8::from(row.rest[at] < PLANE * PLANE * gradient * drop * drop));
             }
         }
-        let mean = sum / 9.0;
-        let laplacian = patch[1][2] + patch[3][2] + patch[2][1] + patch[2][3];
-        self.cells += 1.0;
-        self.detail += mean * mean;
-        self.ruggedness += squares.sqrt();
-        let mut power = 1.0;
-        for moment in &mut self.laplacian {
-            power *= laplacian;
-            *moment += power;
-        }
-        self.vectors += 1.0 - normal.iter().map(|n| n * n).sum::<f64>().sqrt() / 9.0;
-        self.patch(patch, cell_m);
+    }
+}
+
+/// What is computed of each cell of a row but the two outermost at each side.
+struct Row {
+    /// Sum of the 25 heights around the cell, relative to it.
+    sum: Vec<f64>,
+    /// Mean of the nine nearest heights, relative to the cell, and root of the sum of their squares.
+    mean: Vec<f64>,
+    ruggedness: Vec<f64>,
+    laplacian: Vec<f64>,
+    /// One less the length of the mean of the nine unit normals.
+    bend: Vec<f64>,
+    /// Squared gradient of the plane through the patch of 25, and the mean squared distance from it.
+    gradient: Vec<f64>,
+    rest: Vec<f64>,
+}
+
+impl Row {
+    fn new(cells: usize) -> Self {
+        let [sum, mean, ruggedness, laplacian, bend, gradient, rest] = [(); 7].map(|()| vec![0.0; cells]);
+        Self { sum, mean, ruggedness, laplacian, bend, gradient, rest }
     }
 
-    /// Compares a patch with its plane.
-    fn patch(&mut self, patch: &[[f64; 5]; 5], cell_m: f64) {
-        let (mut sum, mut squares, mut east, mut south) = (0.0, 0.0, 0.0, 0.0);
-        for (j, row) in patch.iter().enumerate() {
-            for (i, z) in row.iter().enumerate() {
+    /// Computes it from five rows of heights and the sums of the unit normals of the three middle ones.
+    fn fill(&mut self, rows: &[&[f32]; 5], normals: &[Vec<f64>; 3], cell_m: f64) {
+        let [_, b, c, d, _] = *rows;
+        near(b, c, d, &mut self.mean, &mut self.ruggedness, &mut self.laplacian);
+        let [east, south, up] = normals;
+        bend(east, south, up, &mut self.bend);
+        far(rows, cell_m * cell_m, &mut self.sum, &mut self.gradient, &mut self.rest);
+    }
+}
+
+simd! {
+    /// Mean and ruggedness of nine heights and the Laplacian of five, relative to the middle.
+    fn near(b: &[f32], c: &[f32], d: &[f32], mean: &mut [f64], ruggedness: &mut [f64], laplacian: &mut [f64]) {
+        let n = mean.len();
+        let (b, c, d) = (&b[..n + 4], &c[..n + 4], &d[..n + 4]);
+        let (ruggedness, laplacian) = (&mut ruggedness[..n], &mut laplacian[..n]);
+        for i in 0..n {
+            let centre = f64::from(c[i + 2]);
+            let (mut sum, mut squares) = (0.0, 0.0);
+            let heights = [
+                b[i + 1], b[i + 2], b[i + 3], c[i + 1], c[i + 2], c[i + 3], d[i + 1], d[i + 2], d[i + 3],
+            ];
+            for z in heights {
+                let z = f64::from(z) - centre;
                 sum += z;
                 squares += z * z;
-                east += z * (i as f64 - 2.0) / 50.0;
-                south += z * (j as f64 - 2.0) / 50.0;
             }
+            mean[i] = sum / 9.0;
+            ruggedness[i] = squares.sqrt();
+            laplacian[i] = (f64::from(b[i + 2]) - centre)
+                + (f64::from(d[i + 2]) - centre)
+                + (f64::from(c[i + 1]) - centre)
+                + (f64::from(c[i + 3]) - centre);
         }
-        let gradient = (east * east + south * south) / (cell_m * cell_m);
-        if gradient <= STEEP_2 {
-            return;
+    }
+}
+
+simd! {
+    /// One less the length of the mean of nine unit normals, from the sums along columns.
+    fn bend(east: &[f64], south: &[f64], up: &[f64], bend: &mut [f64]) {
+        let n = bend.len();
+        let (east, south, up) = (&east[..n + 4], &south[..n + 4], &up[..n + 4]);
+        for i in 0..n {
+            let along = |sums: &[f64]| sums[i + 1] + sums[i + 2] + sums[i + 3];
+            let [x, y, z] = [along(east), along(south), along(up)];
+            bend[i] = 1.0 - (x * x + y * y + z * z).sqrt() / 9.0;
         }
-        let mean = sum / 25.0;
-        let rest = (squares / 25.0 - mean * mean - 2.0 * (east * east + south * south)).max(0.0);
-        self.patches += 1.0;
-        let drop = 4.0 * cell_m;
-        self.plane += f64::from(u8::from(rest < PLANE * PLANE * gradient * drop * drop));
+    }
+}
+
+simd! {
+    /// The plane through 25 heights: their sum, its squared gradient, and the mean squared distance from it.
+    fn far(rows: &[&[f32]; 5], square_m: f64, sum: &mut [f64], gradient: &mut [f64], rest: &mut [f64]) {
+        let n = sum.len();
+        let rows = rows.map(|row| &row[..n + 4]);
+        let (gradient, rest) = (&mut gradient[..n], &mut rest[..n]);
+        for i in 0..n {
+            let centre = f64::from(rows[2][i + 2]);
+            let (mut total, mut squares, mut east, mut south) = (0.0, 0.0, 0.0, 0.0);
+            for (j, row) in rows.iter().enumerate() {
+                for k in 0..5 {
+                    let z = f64::from(row[i + k]) - centre;
+                    // a share of the gradient; twice it is exact
+                    let share = z / 50.0;
+                    total += z;
+                    squares += z * z;
+                    east += share * (k as f64 - 2.0);
+                    south += share * (j as f64 - 2.0);
+                }
+            }
+            let mean = total / 25.0;
+            sum[i] = total;
+            gradient[i] = (east * east + south * south) / square_m;
+            rest[i] = (squares / 25.0 - mean * mean - 2.0 * (east * east + south * south)).max(0.0);
+        }
+    }
+}
+
+simd! {
+    /// Adds the unit normals of a row to sums, from the rows beside it. The outermost cells have none.
+    fn normals(north: &[f32], own: &[f32], beyond: &[f32], per_m: f64, east: &mut [f64], south: &mut [f64], up: &mut [f64]) {
+        let n = own.len();
+        let (north, beyond) = (&north[..n], &beyond[..n]);
+        let (east, south, up) = (&mut east[..n], &mut south[..n], &mut up[..n]);
+        for i in 1..n - 1 {
+            let x = (f64::from(own[i + 1]) - f64::from(own[i - 1])) * per_m;
+            let y = (f64::from(beyond[i]) - f64::from(north[i])) * per_m;
+            let z = 1.0 / (1.0 + x * x + y * y).sqrt();
+            east[i] += x * z;
+            south[i] += y * z;
+            up[i] += z;
+        }
     }
 }
 
 /// `slope_p50` is the median slope in degrees.
 pub(super) fn measure(land: &Land<'_>, slope_p50: f64, report: &mut Report) {
     let (nx, ny, cell_m) = (land.nx(), land.ny(), land.cell_m());
-    let rows: Vec<usize> = (2..ny.saturating_sub(2)).collect();
+    let width = nx.saturating_sub(4);
+    let rows: Vec<usize> = if width == 0 { Vec::new() } else { (2..ny.saturating_sub(2)).collect() };
     let found = par::collect_all(rows, |_, j| {
         let mut sums = Sums::default();
         let rows: [&[f32]; 5] = std::array::from_fn(|k| &land.samples()[(j + k - 2) * nx..][..nx]);
-        let normals = normals(&rows, cell_m);
-        for i in 2..nx.saturating_sub(2) {
-            let centre = f64::from(rows[2][i]);
-            let patch: [[f64; 5]; 5] =
-                std::array::from_fn(|k| std::array::from_fn(|l| f64::from(rows[k][i + l - 2]) - centre));
-            // NaN if any height is
-            let whole: f64 = patch.iter().flatten().sum();
-            if whole.is_finite() {
-                let normal = std::array::from_fn(|axis| (i - 1..i + 2).map(|i| normals[i][axis]).sum());
-                sums.add(&patch, normal, cell_m);
-            }
+        let mut columns = [(); 3].map(|()| vec![0.0; nx]);
+        let [east, south, up] = &mut columns;
+        for at in 1..4 {
+            normals(rows[at - 1], rows[at], rows[at + 1], 0.5 / cell_m, east, south, up);
         }
+        let mut row = Row::new(width);
+        row.fill(&rows, &columns, cell_m);
+        sums.add(&row, cell_m);
         sums
     });
     let sums = found.iter().fold(Sums::default(), Sums::plus);
@@ -123,22 +216,6 @@ pub(super) fn measure(land: &Land<'_>, slope_p50: f64, report: &mut Report) {
     let skew = (third - 3.0 * first * second + 2.0 * first * first * first) / (variance * variance.sqrt());
     put(report, "roughness.laplacian_skew", skew);
     put(report, "planar_share", if sums.patches >= ENOUGH { sums.plane / sums.patches } else { f64::NAN });
-}
-
-/// The sums of the unit normals of the three middle rows of five, by columns; 0 in the outermost.
-fn normals(rows: &[&[f32]; 5], cell_m: f64) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; rows[0].len()];
-    let per_m = 0.5 / cell_m;
-    for j in 1..4 {
-        let last = sums.len() - 1;
-        for (i, sum) in sums.iter_mut().enumerate().take(last).skip(1) {
-            let east = (f64::from(rows[j][i + 1]) - f64::from(rows[j][i - 1])) * per_m;
-            let south = (f64::from(rows[j + 1][i]) - f64::from(rows[j - 1][i])) * per_m;
-            let up = 1.0 / (1.0 + east * east + south * south).sqrt();
-            *sum = [sum[0] + east * up, sum[1] + south * up, sum[2] + up];
-        }
-    }
-    sums
 }
 
 /// The root mean square of heights above the mean of a square around them (Weiss 2001), by its half side.
