@@ -27,7 +27,11 @@ pub struct Voids {
 impl Voids {
     /// Replaces customary values by NaN.
     pub(super) fn assume(&mut self, samples: &mut [f32]) {
-        for v in samples.iter_mut().filter(|v| CUSTOMARY.contains(v)) {
+        let is_customary = |v: f32| CUSTOMARY.iter().fold(false, |any, customary| any | (v == *customary));
+        if !samples.iter().fold(false, |any, v| any | is_customary(*v)) {
+            return;
+        }
+        for v in samples.iter_mut().filter(|v| is_customary(**v)) {
             *v = f32::NAN;
             self.assumed += 1;
         }

@@ -208,7 +208,10 @@ fn streamed(job: &Job<'_>, params: &Params, reader: Reader<'_>, grid: &Grid) -> 
             known.take(first, &presence(samples)?, &|| job.check()).map_err(failed)?;
         }
         match params.voids {
-            Voiding::Fill => has_voids = resampler.needed(first, samples).flatten().any(|v| v.is_nan()),
+            Voiding::Fill => {
+                let is_void = |row: &[f32]| row.iter().fold(false, |any, v| any | v.is_nan());
+                has_voids = resampler.needed(first, samples).any(is_void);
+            }
             Voiding::Level => samples.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = level),
         }
         if has_voids {

@@ -82,11 +82,20 @@ impl Sample {
             load: impl Fn([u8; N]) -> T,
             real: impl Fn(T) -> f32,
         ) {
+            let number = |raw: [u8; N]| {
+                let value = load(raw);
+                if nodata == Some(value) { f32::NAN } else { real(value) }
+            };
+            if stride == N {
+                for (out, raw) in out.iter_mut().zip(bytes.as_chunks::<N>().0) {
+                    *out = number(*raw);
+                }
+                return;
+            }
             for (out, cell) in out.iter_mut().zip(bytes.chunks_exact(stride)) {
                 let mut raw = [0; N];
                 raw.copy_from_slice(&cell[..N]);
-                let value = load(raw);
-                *out = if nodata == Some(value) { f32::NAN } else { real(value) };
+                *out = number(raw);
             }
         }
         // a declared no-data value that the type cannot represent matches nothing
@@ -178,6 +187,11 @@ impl Layout {
         })
     }
 
+    /// Returns true for one band of 32-bit floating-point numbers, which are most files.
+    const fn is_plain_float(&self) -> bool {
+        matches!(self.sample, Sample::F32) && self.bands == 1
+    }
+
     /// Returns the rows of a chunk. A tile may be higher than the image, and then there is a single row of tiles.
     fn band_rows(&self) -> usize {
         self.chunk[1].min(self.rows) as usize
@@ -209,7 +223,8 @@ impl Layout {
             return Err(Problem::Unsupported { what: format!("rows of {row} bytes"), remedy: CONVERT });
         }
         let row = row as usize;
-        let copy = if matches!(self.predictor, Predictor::Float) { row } else { 0 };
+        let is_gathered = matches!(self.predictor, Predictor::Float) && !self.is_plain_float();
+        let copy = if is_gathered { row } else { 0 };
         Ok(Some(Chunk {
             layout: self,
             unpacked: Unpacked::new(section, count, self.compression, index),
@@ -272,6 +287,11 @@ impl Chunk<'_, '_, '_> {
                     swap(row, width);
                 }
                 layout.accumulate(row);
+            }
+            Predictor::Float if layout.is_plain_float() => {
+                sum_up(row, 1);
+                gather_plain(row, nodata.map(|v| v as f32), out);
+                return Ok(());
             }
             Predictor::Float => {
                 copy.copy_from_slice(row);
@@ -398,18 +418,24 @@ impl Layout {
     /// Undoes predictor 2: each sample is stored as its difference from the previous one of the same band, modulo its
     /// width.
     fn accumulate(&self, row: &mut [u8]) {
-        fn run<const N: usize, T: Copy>(
+        fn run<const N: usize, T: Copy + Default>(
             row: &mut [u8],
             bands: usize,
             load: impl Fn([u8; N]) -> T,
             add: impl Fn(T, T) -> T,
             store: impl Fn(T) -> [u8; N],
         ) {
-            for at in (bands * N..row.len()).step_by(N) {
-                let (mut before, mut here) = ([0; N], [0; N]);
-                before.copy_from_slice(&row[at - bands * N..at - bands * N + N]);
-                here.copy_from_slice(&row[at..at + N]);
-                row[at..at + N].copy_from_slice(&store(add(load(before), load(here))));
+            let cells = row.as_chunks_mut::<N>().0;
+            if bands == 1 {
+                let mut sum = T::default();
+                for cell in cells {
+                    sum = add(sum, load(*cell));
+                    *cell = store(sum);
+                }
+                return;
+            }
+            for at in bands..cells.len() {
+                cells[at] = store(add(load(cells[at - bands]), load(cells[at])));
             }
         }
         let bands = self.bands as usize;
@@ -424,14 +450,39 @@ impl Layout {
 
 /// Undoes predictor 3: the bytes of a row are sorted by significance, highest first, and stored as differences.
 fn gather_float(stored: &mut [u8], row: &mut [u8], width: usize, bands: usize) {
-    for at in bands..stored.len() {
-        stored[at] = stored[at].wrapping_add(stored[at - bands]);
-    }
+    sum_up(stored, bands);
     let samples = stored.len() / width;
     for (significance, plane) in stored.chunks_exact(samples).enumerate() {
         for (sample, byte) in row.chunks_exact_mut(width).zip(plane) {
             sample[width - 1 - significance] = *byte;
         }
+    }
+}
+
+/// Replaces the differences from the byte of the cell before by their sums.
+fn sum_up(stored: &mut [u8], bands: usize) {
+    if bands == 1 {
+        let mut sum = 0_u8;
+        for byte in stored {
+            sum = sum.wrapping_add(*byte);
+            *byte = sum;
+        }
+        return;
+    }
+    for at in bands..stored.len() {
+        stored[at] = stored[at].wrapping_add(stored[at - bands]);
+    }
+}
+
+/// Joins the bytes of 32-bit numbers that are sorted by significance; `nodata` becomes NaN.
+fn gather_plain(planes: &[u8], nodata: Option<f32>, out: &mut [f32]) {
+    let (highest, rest) = planes.split_at(planes.len() / 4);
+    let (high, rest) = rest.split_at(highest.len());
+    let (low, lowest) = rest.split_at(highest.len());
+    let bytes = highest.iter().zip(high).zip(low.iter().zip(lowest));
+    for (out, ((a, b), (c, d))) in out.iter_mut().zip(bytes) {
+        let value = f32::from_be_bytes([*a, *b, *c, *d]);
+        *out = if nodata == Some(value) { f32::NAN } else { value };
     }
 }
 

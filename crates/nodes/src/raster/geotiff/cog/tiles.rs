@@ -1,15 +1,15 @@
 //! Tiles of a level, and the rows of the next one.
 
-use std::io::{self, Write as _};
+use std::io;
 
-use flate2::{Compression, write::ZlibEncoder};
+use libdeflater::{CompressionLvl, Compressor};
 
 use crate::numerics::par;
 
 /// Cells on a side of a tile.
 pub(super) const TILE: usize = 512;
 /// The default of the programs that write the format, which compresses heights nearly as well as the strongest level.
-const EFFORT: u32 = 6;
+const EFFORT: i32 = 6;
 /// Bytes of a row of a tile.
 const ROW: usize = size_of::<f32>() * TILE;
 
@@ -22,9 +22,11 @@ pub(super) fn compressed(band: &[f32], columns: usize, first: usize) -> io::Resu
         let row = j.min(rows - 1) * columns;
         predict(&band[row + first..row + columns.min(first + TILE)], out);
     }
-    let mut encoder = ZlibEncoder::new(Vec::with_capacity(bytes.len()), Compression::new(EFFORT));
-    encoder.write_all(&bytes)?;
-    encoder.finish()
+    let mut compressor = Compressor::new(CompressionLvl::new(EFFORT).unwrap_or_default());
+    let mut packed = vec![0; compressor.zlib_compress_bound(bytes.len())];
+    let length = compressor.zlib_compress(&bytes, &mut packed).map_err(io::Error::other)?;
+    packed.truncate(length);
+    Ok(packed)
 }
 
 /// Predictor 3: the first bytes of all numbers, which are nearly constant, then their second bytes and so on, each as
