@@ -542,3 +542,29 @@ fn the_colour_of_a_layer_of_rock_is_typed() {
     assert_eq!(colour(&window), "#102030");
     picture(&mut window, "layers_of_rock");
 }
+
+/// The layers of a table lie above each other to scale, and say what they are.
+#[test]
+fn a_table_of_layers_is_a_column() {
+    let mut window = selected("canyon.ron", "rock");
+    let ParamValue::Layers(layers) = param(&window, "rock", "layers") else { panic!("a table") };
+    let total: f64 = layers.iter().map(|layer| layer.thickness).sum();
+    let column = window.get_by_role_and_label(Role::Image, "Column of 8 layers").rect();
+    assert!(column.height() > 150.0 && column.width() > 100.0, "{column:?}");
+    let mut depth = 0.0;
+    for (at, layer) in layers.iter().enumerate() {
+        let middle = (depth + 0.5 * layer.thickness) / total;
+        window.hover_at(egui::pos2(column.left() + 8.0, column.top() + column.height() * middle as f32));
+        let unit = orograph_graph::Unit::Metres;
+        let says = [
+            format!("Layer {}, {} below the top", at + 1, unit.display(depth)),
+            format!("{} thick, hardness {}, ", unit.display(layer.thickness), layer.hardness),
+        ];
+        until(&mut window, &says[0], |window| says.iter().all(|line| window.query_by_label_contains(line).is_some()));
+        depth += layer.thickness;
+    }
+    // a layer less, and the column has one less
+    window.get_all_by_label("✖").last().expect("a button").click();
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::Image, "Column of 7 layers");
+}

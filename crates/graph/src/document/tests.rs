@@ -354,7 +354,7 @@ fn every_kind_of_mistake_is_one_problem_with_its_code() {
             "type: `a.file` is the word `x`, but takes a file name in quotes, relative to the graph file",
         ),
         (
-            r#""a": Thermal(version: 5, height: "b"), "b": Ridged"#,
+            r#""a": Thermal(version: 4, height: "b"), "b": Ridged"#,
             "version: `a` (Thermal) has version 4, but this program supports versions up to 3",
         ),
         (r#""a": Ridged(version: 0)"#, "version: the version of `a` is not a whole number of at least 1"),

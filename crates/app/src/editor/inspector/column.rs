@@ -1,6 +1,9 @@
 //! A table of layers as a geologist's column: the layers to scale, hard ones wide, and a row of fields for each.
 
-use egui::{Align2, Button, Color32, CornerRadius, FontId, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
+use egui::{
+    Align2, Button, Color32, CornerRadius, FontId, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, WidgetType, pos2,
+    vec2,
+};
 use orograph_graph::{Layer, ParamValue, Srgb, Unit};
 use orograph_nodes::numerics::math;
 
@@ -102,6 +105,9 @@ fn fields(
 /// Draws the layers to scale, from the top down. Hard layers stand out to the right, as they do on a cliff.
 pub(super) fn draw(ui: &mut Ui, layers: &[Layer], tall: f32) {
     let (response, painter) = ui.allocate_painter(vec2(ui.available_width().min(220.0), tall), Sense::hover());
+    let name =
+        if layers.len() == 1 { "Column of 1 layer".to_owned() } else { format!("Column of {} layers", layers.len()) };
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Image, true, &name));
     let total: f64 = layers.iter().map(|layer| layer.thickness).sum();
     let rect = response.rect.shrink2(vec2(2.0, 2.0));
     let y = |depth: f64| rect.top() + rect.height() * (depth / total) as f32;

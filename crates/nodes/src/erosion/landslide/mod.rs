@@ -42,7 +42,7 @@ params! {
     /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// Size of the largest bodies of harder or softer rock; 0 for the same `repose` everywhere.
-    variation_size: f64 = 8e3, Metres, 0.0..=1e7, soft 0..=50e3;
+    variation_size: f64 = 3e3, Metres, 0.0..=1e7, soft 0..=50e3;
     /// Largest deviation of the dip and the strike of a failure plane from those of the law.
     scatter: f64 = 5.0, Degrees, 0.0..=30.0, soft 0..=10;
     /// Irregularity of the outlines and floors of scars.
@@ -98,6 +98,9 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Landslide",
+    version: 2,
+    // the rock of `StreamPower` at its defaults
+    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] }],
     category: "erosion",
     summary: "Rock fails in wedges and soil in shallow slides; debris runs out and comes to rest below.",
     doc: include_str!("page.md"),

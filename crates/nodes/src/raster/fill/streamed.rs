@@ -73,7 +73,7 @@ pub fn filling_bytes(columns: usize, rows: usize) -> u64 {
     Plan::new(columns, rows).bytes()
 }
 
-/// Returns about the number of rows that [`Filling`] passes on at a time.
+/// Returns about the number of rows that `Filling` passes on at a time.
 #[must_use]
 pub fn filling_rows(columns: usize, rows: usize) -> usize {
     Plan::new(columns, rows).strip.min(rows)

@@ -34,6 +34,7 @@ fn areas_and_volumes_have_the_published_exponents() {
         let found = slide(&format!("rate=4,duration=2e4,seed={seed},variation_size=0"), &[("height", &land)]);
         let [count, area, scaling, volume] =
             ["rock_slides", "area_exponent", "volume_area_exponent", "volume_exponent"].map(|name| found.measure(name));
+        println!("{count} slides, exponents {area:.2} {scaling:.2} {volume:.2}");
         assert!(count > 300.0, "{count}");
         assert!((1.9..2.9).contains(&area), "{area}");
         assert!((1.2..1.5).contains(&scaling), "{scaling}");

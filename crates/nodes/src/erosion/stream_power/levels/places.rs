@@ -138,7 +138,7 @@ impl Around {
 }
 
 /// Weights of four samples in a row at a share of the way from the second to the third.
-pub fn cubic(t: f64) -> [f64; 4] {
+fn cubic(t: f64) -> [f64; 4] {
     let (square, cube) = (t * t, t * t * t);
     [
         0.5 * (2.0 * square - cube - t),

@@ -1,11 +1,9 @@
-//! Rasters of one world on other cells: area means on larger cells, cubic interpolation on smaller ones. Linear
-//! interpolation would blur beds of rock that are a few cells wide.
+//! Rasters of one world on other cells: area means on larger cells, linear interpolation on smaller ones.
 
 use std::convert::Infallible;
 
 use orograph_graph::{Edge, Field, Window};
 
-use super::places::cubic;
 use crate::numerics::par;
 
 /// The samples along one axis that make one of the other cells, and their weights.
@@ -65,8 +63,8 @@ fn taps(from: usize, to: usize, periodic: bool, at_side: [bool; 2]) -> Vec<Taps>
             if ratio <= 1.0 {
                 let middle = (at as f64 + 0.5) * ratio - 0.5;
                 let first = middle.floor();
-                let weights = cubic(middle - first);
-                return (-1..3).zip(weights).map(|(step, weight)| (place(first as isize + step), weight)).collect();
+                let share = middle - first;
+                return vec![(place(first as isize), 1.0 - share), (place(first as isize + 1), share)];
             }
             let (low, high) = (at as f64 * ratio, (at + 1) as f64 * ratio);
             let covered = |k: usize| (high.min((k + 1) as f64) - low.max(k as f64)) / ratio;
