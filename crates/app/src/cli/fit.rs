@@ -8,14 +8,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::{Document, Field, plain};
-use serde_json::Value;
+use orograph_graph::{Cancel, Document, Field, plain};
+use serde_json::{Value, json};
 
 use crate::{
     build::{
+        Builder,
         fit::Vary,
         request::{Cells, Changes, Means, Request},
     },
+    cli::run::REMEMBERED,
     files::{
         archive,
         heightfile::{self, FILLED, Scale},
@@ -24,6 +26,7 @@ use crate::{
         failure::{Failure, reason},
         terminal::{self, Page, counted},
     },
+    stop,
 };
 
 /// Fits parameters of a graph so that its height comes closest to a target
@@ -96,6 +99,27 @@ impl Args {
     /// The target, whose voids are filled.
     fn target(&self) -> Result<Field, Failure> {
         Ok(heightfile::read(&self.target, &self.scale, FILLED)?.field)
+    }
+
+    /// What builds the terrain, and what Ctrl-C sets.
+    fn builder(&self) -> Result<(Builder, Cancel), Failure> {
+        Ok((Builder::new(&self.means, REMEMBERED)?, stop::on_interrupt()?))
+    }
+
+    /// What the results of both searches state, with what is their own.
+    fn result(&self, loss: [f64; 2], stopped: bool, own: Value) -> Value {
+        let mut result = json!({
+            "graph": self.file.display().to_string(),
+            "target": self.target.display().to_string(),
+            "out": self.out.display().to_string(),
+            "loss_at_start": loss[0],
+            "loss": loss[1],
+            "stopped": stopped,
+        });
+        if let (Some(result), Value::Object(own)) = (result.as_object_mut(), own) {
+            result.extend(own);
+        }
+        result
     }
 
     /// Prints the result, as JSON or as text.

@@ -4,7 +4,7 @@ use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
-use crate::{picture, scratch, settle, window};
+use crate::{picture, scratch, settle, until, window};
 
 const HILLS: &str = "(
     world: (size: 3200, cells: 64),
@@ -109,11 +109,12 @@ fn the_measured_part_and_its_cells_are_edited_in_place() {
     assert!(window.query_by_label_contains("is not within the world").is_some());
     assert_eq!(source(&window), text);
     // the miss is marked in its row, as in the list of problems
-    settle(&mut window);
-    let marked = |mark: &str, y: f32| {
-        let mut marks = window.query_all_by_label(mark);
-        marks.any(|node| (node.rect().center().y - y).abs() < 8.0)
-    };
-    assert!(marked("⚠", row(&window, "relief")) && marked("✔", row(&window, "peaks.count")));
+    until(&mut window, "both rows are marked", |window| {
+        let is_marked = |(mark, name): (&str, &str)| {
+            let y = row(window, name);
+            window.query_all_by_label(mark).any(|node| (node.rect().center().y - y).abs() < 8.0)
+        };
+        [("⚠", "relief"), ("✔", "peaks.count")].into_iter().all(is_marked)
+    });
     picture(&mut window, "expectations");
 }

@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use orograph_graph::{Cancel, Document, Edit, Fallback, Field, OutputDecl, Port, Unit, range_text};
+use orograph_graph::{Cancel, Document, Edit, Fallback, Field, OutputDecl, Port, Unit, Window};
 use orograph_nodes::{
     combine::remap::quantity_of,
     measure::compare::Reference,
@@ -108,14 +108,7 @@ impl FieldInput {
             Some(text) => place::typed(text, unit).map_err(|why| wrong(&why).hint("write `=LO..HI`"))?,
             None => soft,
         };
-        let text = |range: [f64; 2]| range.map(|end| unit.display(end)).join("..");
-        if !(range[0] < range[1] && range.iter().all(|end| end.is_finite())) {
-            return Err(wrong(&format!("the range {} is empty", text(range))).hint("write `=LO..HI`"));
-        }
-        if range[0] < hard[0] || range[1] > hard[1] {
-            let what = format!("the range {} is not within the declared one", text(range));
-            return Err(wrong(&what).hint(format!("it takes values{}", range_text(hard, unit))));
-        }
+        place::check_range(range, hard, unit, &wrong)?;
         let (size, cell_m) = (request.world.size, request.world.cell_m());
         let [least, most] = [CELLS * cell_m, size[0].max(size[1])];
         if !(least..=most).contains(&wavelength_m) {
@@ -260,7 +253,7 @@ impl<'a> FieldFit<'a> {
         };
         let heights =
             resample(target.plane(0), [axis(0), axis(1)], [0, 0], own.cells, None, &check).map_err(failure)?;
-        let target_seen = seen(&input.grid, &heights, own.cells.map(|cells| cells as usize), own.cell_m());
+        let target_seen = seen(&input.grid, &Field::new(Window::whole(*own), heights));
         let weights = [0, 1].map(|at| 1.0 / variance(&target_seen[at]));
         if !weights.iter().all(|weight| weight.is_finite()) {
             return Err(Failure::wrong("the target has the same height or slope everywhere at this wavelength")
@@ -398,8 +391,7 @@ impl<'a> FieldFit<'a> {
 
     /// What is seen of a terrain, and its loss.
     fn compare(&self, height: &Field) -> (Seen, f64) {
-        let window = height.window();
-        let seen = seen(&self.input.grid, height.plane(0), [window.nx(), window.ny()], window.cell_m());
+        let seen = seen(&self.input.grid, height);
         let square = |k: usize| -> f64 {
             let pairs = self.target[k].iter().zip(&seen[k]);
             self.weights[k] * pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / seen[k].len() as f64
@@ -456,8 +448,9 @@ pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     })
 }
 
-fn seen(grid: &Grid, heights: &[f32], cells: [usize; 2], cell_m: f64) -> Seen {
-    [grid.means(heights, cells), grid.means(&slopes(heights, cells, cell_m), cells)]
+fn seen(grid: &Grid, height: &Field) -> Seen {
+    let cells = [height.window().nx(), height.window().ny()];
+    [grid.means(height.plane(0), cells), grid.means(&slopes(height), cells)]
 }
 
 fn variance(values: &[f64]) -> f64 {

@@ -1,6 +1,6 @@
 //! The parameters that a fit varies: their ranges, their scale and their notation in the file.
 
-use orograph_graph::{Document, Unit, plain, range_text};
+use orograph_graph::{Document, Unit, plain};
 
 use super::place::{self, Declared, Vary};
 use crate::{build::request::Setting, report::failure::Failure};
@@ -44,20 +44,7 @@ impl Parameter {
             }
             None => [soft[0].min(value), soft[1].max(value)],
         };
-        if range.iter().any(|end| !end.is_finite()) {
-            return Err(wrong("its range has no end").hint(format!("give the range: `--vary {place}=LO..HI`")));
-        }
-        let text = |range: [f64; 2]| range.map(|end| unit.display(end)).join("..");
-        if range[0] >= range[1] {
-            let hint = if range[0] > range[1] { text([range[1], range[0]]) } else { "LO..HI".to_owned() };
-            return Err(wrong(&format!("the range {} is empty", text(range))).hint(format!("write `={hint}`")));
-        }
-        if range[0] < hard[0] || range[1] > hard[1] {
-            let inner = [range[0].max(hard[0]), range[1].min(hard[1])];
-            let hint = if inner[0] < inner[1] { format!("; write `={}`", text(inner)) } else { String::new() };
-            let what = format!("the range {} is not within the declared one", text(range));
-            return Err(wrong(&what).hint(format!("it takes values{}{hint}", range_text(hard, unit))));
-        }
+        place::check_range(range, hard, unit, &wrong)?;
         let suffix = place::written_unit(document, &node, &name, unit);
         let start = value.clamp(range[0], range[1]);
         let found = Self { place: place.clone(), unit, range, hard, start, whole, suffix };

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use orograph_graph::{Document, Fallback, Instance, Kind, NodeIndex, ParamValue, Unit, closest};
+use orograph_graph::{Document, Fallback, Instance, Kind, NodeIndex, ParamValue, Unit, closest, range_text};
 
 use crate::report::failure::Failure;
 
@@ -193,6 +193,30 @@ pub(super) fn typed(text: &str, unit: Unit) -> Result<[f64; 2], String> {
     let shared = if hi.parse::<f64>().is_ok() { "" } else { shared };
     let read = |text: &str| unit.parse(text).map_err(|error| error.to_string());
     Ok([read(&format!("{lo} {shared}")).or_else(|_| read(lo))?, read(hi)?])
+}
+
+/// Refuses a range without ends, one that is empty, or one that is not within the declared one.
+pub(super) fn check_range(
+    range: [f64; 2],
+    hard: [f64; 2],
+    unit: Unit,
+    wrong: &dyn Fn(&str) -> Failure,
+) -> Result<(), Failure> {
+    if range.iter().any(|end| !end.is_finite()) {
+        return Err(wrong("its range has no end").hint("give the range: write `=LO..HI`"));
+    }
+    let text = |range: [f64; 2]| range.map(|end| unit.display(end)).join("..");
+    if range[0] >= range[1] {
+        let hint = if range[0] > range[1] { text([range[1], range[0]]) } else { "LO..HI".to_owned() };
+        return Err(wrong(&format!("the range {} is empty", text(range))).hint(format!("write `={hint}`")));
+    }
+    if range[0] < hard[0] || range[1] > hard[1] {
+        let inner = [range[0].max(hard[0]), range[1].min(hard[1])];
+        let hint = if inner[0] < inner[1] { format!("; write `={}`", text(inner)) } else { String::new() };
+        let what = format!("the range {} is not within the declared one", text(range));
+        return Err(wrong(&what).hint(format!("it takes values{}{hint}", range_text(hard, unit))));
+    }
+    Ok(())
 }
 
 /// The unit in which the file states a value, if it does.

@@ -8,16 +8,13 @@ use serde_json::{Value, json};
 use super::{AROUND_HEADS, Args, digits};
 use crate::{
     build::{
-        Builder,
         fit::{AROUND, FieldFit, FieldInput, FieldTrial, FittedField, LEAST, write},
         request::Request,
     },
-    cli::run::REMEMBERED,
     report::{
         failure::Failure,
         terminal::{self, Align, Page, Table, counted},
     },
-    stop,
 };
 
 /// The usual number of evaluations.
@@ -39,7 +36,7 @@ pub(super) fn run(args: &Args, request: &Request) -> Result<(), Failure> {
             .hint("write to a graph file of another name"));
     }
     let target = args.target()?;
-    let (builder, cancel) = (Builder::new(&args.means, REMEMBERED)?, stop::on_interrupt()?);
+    let (builder, cancel) = args.builder()?;
     let fit = FieldFit::new(request, &builder, &target, input, &cancel)?;
     let unit = fit.input.unit;
     let tell = |number: usize, trial: &FieldTrial| {
@@ -78,21 +75,17 @@ fn shown(unit: Unit, value: f64) -> String {
 
 fn as_json(args: &Args, raster: &Path, fit: &FieldFit<'_>, fitted: &FittedField) -> Value {
     let around = AROUND.iter().zip(&fitted.around).map(|(factor, loss)| json!({ "factor": factor, "loss": loss }));
-    json!({
-        "graph": args.file.display().to_string(),
-        "target": args.target.display().to_string(),
-        "out": args.out.display().to_string(),
+    let own = json!({
         "raster": raster.display().to_string(),
         "input": fit.input.place, "unit": fit.input.unit.symbol(), "range": fit.input.range,
         "wavelength_m": fit.input.wavelength_m, "grid": fit.input.values(),
-        "loss_at_start": fitted.trials[0].loss, "loss": fitted.best.loss,
         "measures_loss_at_start": fitted.measures.map(|[start, _]| start),
         "measures_loss": fitted.measures.map(|[_, end]| end),
-        "stopped": fitted.stopped,
         "values": fitted.best.values,
         "around": around.collect::<Vec<_>>(),
         "evaluations": fitted.trials.iter().map(|trial| json!({ "loss": trial.loss })).collect::<Vec<_>>(),
-    })
+    });
+    args.result([fitted.trials[0].loss, fitted.best.loss], fitted.stopped, own)
 }
 
 /// The result as a table.

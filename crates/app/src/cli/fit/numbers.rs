@@ -7,16 +7,13 @@ use serde_json::{Map, Value, json};
 use super::{AROUND_HEADS, Args, digits};
 use crate::{
     build::{
-        Builder,
         fit::{AROUND, Fit, Fitted, Parameter, Trial},
         request::Request,
     },
-    cli::run::REMEMBERED,
     report::{
         failure::Failure,
         terminal::{self, Align, Page, Table, counted},
     },
-    stop,
 };
 
 /// The usual number of evaluations.
@@ -27,7 +24,7 @@ pub(super) fn run(args: &Args, request: &Request) -> Result<(), Failure> {
     let parameters = args.vary.iter().map(|vary| Parameter::of(&request.document, vary));
     let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
     let target = args.target()?;
-    let (builder, cancel) = (Builder::new(&args.means, REMEMBERED)?, stop::on_interrupt()?);
+    let (builder, cancel) = args.builder()?;
     let fit = Fit::new(request, &builder, &target, parameters, &cancel)?;
     let tell = |number: usize, trial: &Trial| {
         if !args.json {
@@ -68,17 +65,12 @@ fn as_json(args: &Args, fit: &Fit<'_>, fitted: &Fitted) -> Value {
             "fitted": fitted.best.values[at], "around": around,
         })
     };
-    json!({
-        "graph": args.file.display().to_string(),
-        "target": args.target.display().to_string(),
-        "out": args.out.display().to_string(),
+    let own = json!({
         "measures": fit.measures(),
-        "loss_at_start": fitted.trials[0].loss,
-        "loss": fitted.best.loss,
-        "stopped": fitted.stopped,
         "parameters": fit.parameters.iter().enumerate().map(parameter).collect::<Vec<_>>(),
         "evaluations": fitted.trials.iter().map(|trial| json!({ "loss": trial.loss, "values": values(trial) })).collect::<Vec<_>>(),
-    })
+    });
+    args.result([fitted.trials[0].loss, fitted.best.loss], fitted.stopped, own)
 }
 
 /// The progress of the search: an evaluation in one line.

@@ -240,7 +240,7 @@ mod tests {
         };
         let (made, real) = (report(30.0), report(24.0));
         let plots = Plot::of(("made.exr", &made), Some(("real.tif", &real)));
-        let [own, other] = &plots[0].curves[..] else { panic!("two curves") };
+        let [own, other]: &[Curve; 2] = plots[0].curves.as_slice().try_into().expect("two curves");
         assert_eq!((own.bars.len(), own.bars[69][1], other.points.len()), (70, 70.0, 2 * 70 + 2));
         assert_eq!((own.points[0], own.points[2], own.points[141]), ([0.0; 2], [1.0, own.bars[0][2]], [70.0, 0.0]));
         let place = tempfile::tempdir().expect("a folder");

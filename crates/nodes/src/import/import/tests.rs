@@ -254,22 +254,23 @@ fn a_window_equals_its_part_of_the_whole() {
 /// Voids in every second block of a raster of many strips, whose pyramid has a level in memory above the first.
 #[test]
 fn a_large_raster_is_filled_like_the_whole() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("large.r32");
     let (columns, rows) = (1500, 1500);
     let hole = |i: usize, j: usize| (j / 100).is_multiple_of(2) && (i + j) % 200 < 90;
     let source: Vec<f32> = (0..columns * rows)
         .map(|at| if hole(at % columns, at / columns) { f32::NAN } else { (at * 7919 % 1009) as f32 * 0.37 })
         .collect();
-    std::fs::write(&path, source.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
+    std::fs::write(&path, source.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).expect("written");
     let mut filled = source.clone();
-    fill_voids(columns, rows, &mut filled, &|| Ok(())).unwrap();
+    fill_voids(columns, rows, &mut filled, &|| Ok(())).expect("filled");
     for cells in [1500, 16] {
         let axes = [GridAxis { source: 1500, offset: 0.0, step: 1500.0 / f64::from(cells) }.snapped(); 2];
-        let resampled = |samples: &[f32]| resample(samples, axes, [0, 0], [cells; 2], None, &|| Ok(())).unwrap();
-        let params = params(path.to_str().unwrap(), &[("placement", choice("stretch"))]);
+        let resampled =
+            |samples: &[f32]| resample(samples, axes, [0, 0], [cells; 2], None, &|| Ok(())).expect("resampled");
+        let params = params(path.to_str().expect("text"), &[("placement", choice("stretch"))]);
         let window = Window::whole(world(cells, cells, 10.0));
-        let (mut outputs, _) = all(&params, window, Cancel::default()).unwrap();
+        let (mut outputs, _) = all(&params, window, Cancel::default()).expect("a result");
         assert!(field(&mut outputs, "value").samples() == resampled(&filled), "{cells}");
         let known: Vec<f32> = source.iter().map(|v| f32::from(u8::from(!v.is_nan()))).collect();
         assert!(field(&mut outputs, "data").samples() == resampled(&known), "{cells}");

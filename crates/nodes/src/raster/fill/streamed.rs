@@ -240,16 +240,16 @@ mod tests {
                     })
                     .collect();
                 let mut whole = source.clone();
-                fill_voids(columns, rows, &mut whole, &check).unwrap();
+                fill_voids(columns, rows, &mut whole, &check).expect("filled");
                 let most = (1..=MOST_LEVELS).take_while(|depth| Plan::exists(columns, rows, *depth));
                 for (depth, block) in most.flat_map(|depth| [1, 3, 64].map(|block| (depth, block))) {
                     for strips in [1, 2] {
                         let plan = Plan { columns, rows, depth, strip: strips << depth };
-                        let mut coarse = Coarse::of(plan).unwrap();
+                        let mut coarse = Coarse::of(plan).expect("memory");
                         for part in source.chunks(block * columns) {
-                            coarse.take(part, &check).unwrap();
+                            coarse.take(part, &check).expect("averaged");
                         }
-                        let (mut filling, mut filled) = (coarse.complete(&check).unwrap(), Vec::new());
+                        let (mut filling, mut filled) = (coarse.complete(&check).expect("complete"), Vec::new());
                         for part in source.chunks(block * columns) {
                             filling
                                 .take(part, &check, &mut |first, rows| {
@@ -257,7 +257,7 @@ mod tests {
                                     filled.extend_from_slice(rows);
                                     Ok(())
                                 })
-                                .unwrap();
+                                .expect("filled");
                         }
                         let bits = |samples: &[f32]| samples.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
                         assert_eq!(bits(&filled), bits(&whole), "{plan:?} {block} {share}");

@@ -48,26 +48,25 @@ const LOCAL: [u16; 20] = [
     3076, 0, 1, 9001,
 ];
 
-/// Version 1.1.0 and four keys: a projected system, cells are areas, its EPSG code, metres.
+/// Version 1.1.0 and four keys: a system by its EPSG code, cells are areas, the unit. `model` is 1 for a projected
+/// system in metres and 2 for longitude and latitude in degrees.
 #[rustfmt::skip]
-const fn projected(epsg: u32) -> [u16; 20] {
+const fn system(epsg: u32, model: u16, code: u16, [key, unit]: [u16; 2]) -> [u16; 20] {
     [
         1, 1, 0, 4,
-        1024, 0, 1, 1,
+        1024, 0, 1, model,
         1025, 0, 1, 1,
-        3072, 0, 1, epsg as u16,
-        3076, 0, 1, 9001,
+        code, 0, 1, epsg as u16,
+        key, 0, 1, unit,
     ]
 }
 
-/// Version 1.1.0 and four keys: longitude and latitude, cells are areas, its EPSG code, degrees.
-#[rustfmt::skip]
+/// The keys of a projected system, in metres.
+const fn projected(epsg: u32) -> [u16; 20] {
+    system(epsg, 1, 3072, [3076, 9001])
+}
+
+/// The keys of longitude and latitude, in degrees.
 const fn geographic(epsg: u32) -> [u16; 20] {
-    [
-        1, 1, 0, 4,
-        1024, 0, 1, 2,
-        1025, 0, 1, 1,
-        2048, 0, 1, epsg as u16,
-        2054, 0, 1, 9102,
-    ]
+    system(epsg, 2, 2048, [2054, 9102])
 }
