@@ -63,7 +63,7 @@ pub(super) fn slopes(height: &Field) -> Vec<f32> {
     let surface = Surface::new(height, Method::Central);
     let mut slopes = Vec::with_capacity(height.window().len());
     for row in 0..height.window().ny() {
-        surface.row(row, |_, east, south| slopes.extend(east.iter().zip(south).map(|(x, y)| x.hypot(*y))));
+        surface.row(row, |_, east, south| slopes.extend(east.iter().zip(south).map(|(x, y)| (x * x + y * y).sqrt())));
     }
     slopes
 }
