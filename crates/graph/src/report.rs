@@ -69,6 +69,9 @@ pub struct Series {
     pub x: Axis,
     /// Ordinate, with its unit.
     pub y: Axis,
+    /// The reference whose curve it is. None for what the report measures. Curves of one name belong in one plot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<String>,
 }
 
 /// One axis of a curve.
@@ -100,6 +103,18 @@ impl Axis {
 }
 
 impl Series {
+    /// A curve of what the report measures.
+    #[must_use]
+    pub fn new(name: &str, x: Axis, y: Axis) -> Self {
+        Self { name: name.to_owned(), x, y, of: None }
+    }
+
+    /// The curve as that of a reference.
+    #[must_use]
+    pub fn of(self, reference: &str) -> Self {
+        Self { of: Some(reference.to_owned()), ..self }
+    }
+
     /// The bars of a histogram: where each begins and ends, and its height. Returns None for a curve.
     ///
     /// Bars are equally wide. They begin at their abscissas if the label of the axis ends in `from`; otherwise the
@@ -191,10 +206,8 @@ mod tests {
 
     #[test]
     fn only_a_histogram_has_bars() {
-        let series = |name: &str, label: &str| Series {
-            name: name.to_owned(),
-            x: Axis::new(label, "°", vec![0.0, 10.0, 20.0]),
-            y: Axis::new("share", "", vec![0.5, 0.3, 0.2]),
+        let series = |name: &str, label: &str| {
+            Series::new(name, Axis::new(label, "°", vec![0.0, 10.0, 20.0]), Axis::new("share", "", vec![0.5, 0.3, 0.2]))
         };
         let from = series("slope_histogram", "slope from").bars().expect("bars");
         assert_eq!(from, [[0.0, 10.0, 0.5], [10.0, 20.0, 0.3], [20.0, 30.0, 0.2]]);

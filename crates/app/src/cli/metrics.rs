@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orograph_graph::{Field, Measure, Report, Unit, plain};
+use orograph_graph::{Field, Measure, Report, Series, Unit, plain};
 use orograph_nodes::{measure::compare::Kind, raster::Heights};
 use serde_json::{Value, json};
 
@@ -41,7 +41,8 @@ pub struct Args {
     scale: Scale,
     #[command(flatten)]
     sea: Sea,
-    /// Folder for plots of the curves, each as PNG and SVG, with those of the reference; created if it does not exist
+    /// Folder for plots of the curves, each as PNG and SVG, with those of the reference; created if it does not exist.
+    /// Beside a kind, curves are those at cells of 90 m
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     /// Colours of the plots
@@ -86,7 +87,9 @@ impl Args {
             }
             (None, None) => None,
         };
-        let plots = self.plots.as_deref().map(|folder| self.draw(folder, &field, reference.as_ref())).transpose()?;
+        let kinds = distance.as_ref().filter(|_| kind.is_some()).map(|distance| distance.compared.series.as_slice());
+        let draw = |folder| self.draw(folder, &field, reference.as_ref(), kinds.unwrap_or_default());
+        let plots = self.plots.as_deref().map(draw).transpose()?;
         if self.json {
             let mut value = as_json(&field);
             if let Some(plots) = &plots {
@@ -116,12 +119,13 @@ impl Args {
         terminal::print(&format!("\n{} {}\n", Page::stdout().good("wrote"), names.join(", ")))
     }
 
-    /// Writes the plots; returns their files.
+    /// Writes the plots; returns their files. `compared` has the curves of a comparison with a kind.
     fn draw(
         &self,
         folder: &Path,
         field: &Measured<'_>,
         reference: Option<&Measured<'_>>,
+        compared: &[Series],
     ) -> Result<Vec<PathBuf>, Failure> {
         let name =
             |measured: &Measured<'_>| measured.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -130,10 +134,12 @@ impl Args {
             made = field.path.display().to_string();
             real = reference.map(|reference| reference.path.display().to_string()).unwrap_or_default();
         }
-        let reference = reference.map(|reference| (real.as_str(), &reference.report));
+        let mut series = if compared.is_empty() { field.report.series.clone() } else { compared.to_vec() };
+        let beside = reference.iter().flat_map(|reference| &reference.report.series);
+        series.extend(beside.map(|curve| curve.clone().of(&real)));
         plot::folder(folder)?;
         let mut files = Vec::new();
-        for plot in Plot::of((&made, &field.report), reference) {
+        for plot in Plot::of(&made, &series) {
             files.extend(plot.write(folder, self.theme)?);
         }
         Ok(files)

@@ -147,6 +147,9 @@ fn metrics_of_a_height_file_and_its_difference_from_another() {
     assert_eq!(value["difference"]["compared"]["measures"][0]["name"], "score");
     let text = place.run(&["metrics", dem, "--against", "highlands"]).done().out;
     assert!(text.contains("against highlands") && text.contains("spreads") && text.contains("farthest"), "{text}");
+    place.run(&["metrics", dem, "--against", "highlands", "--plots", "kind"]).done();
+    let svg = std::fs::read_to_string(place.path("kind/slope_histogram.svg")).expect("a plot");
+    assert!(svg.contains("glencoe"), "the curve of a real model is drawn");
     place.run(&["metrics", dem, "--against", "highland"]).ended(1, &["neither a file nor a kind", "`highlands`"]);
     place.run(&["metrics", dem, "--against", "moon"]).ended(1, &["neither a file nor a kind", "fluvial"]);
     let text = place.run(&["metrics", dem, "--against", dem, "--plots", "deep/plots", "--theme", "dark"]).done().out;

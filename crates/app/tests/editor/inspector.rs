@@ -322,6 +322,22 @@ fn results_are_shown_as_numbers_and_curves() {
 }
 
 #[test]
+fn curves_of_real_land_are_beside_those_of_the_terrain() {
+    let file = scratch(
+        "(world: (size: \"9 km\", cells: 100), nodes: { \"a\": Ridged(wavelength: 900, amplitude: 300), \
+         \"c\": Compare(height: \"a\", kind: highlands) }, outputs: { \"h\": \"a\", \"c\": \"c\" })",
+    );
+    let mut window = window(Some(file.path().join("graph.ron")));
+    window.set_size(egui::vec2(1400.0, 6000.0));
+    window.state_mut().session_mut().select_only("c");
+    settle(&mut window);
+    window.run_steps(3);
+    assert!(window.query_by_label("slope histogram").is_some());
+    assert!(window.query_all_by_label("this terrain").count() > 4);
+    assert!(window.query_all_by_label("glencoe").count() > 4);
+}
+
+#[test]
 fn a_failure_links_to_the_failed_node() {
     let file = scratch(
         "(world: (cells: 64), nodes: { \"here\": Import(file: \"none.tif\"), \"next\": Slope(height: \"here\") }, \

@@ -46,6 +46,21 @@ fn an_empty_graph_has_no_problems() {
     assert!(window.query_by_label("Problems (1)").is_some(), "now an output is missing");
 }
 
+#[test]
+fn a_preview_on_larger_cells_than_expected_misses_nothing() {
+    let file = scratch(
+        "(\n  world: (size: 3200, cells: 64),\n  nodes: { \"hills\": Ridged(amplitude: 300) },\n  \
+         outputs: { \"height\": \"hills\" },\n  expect: { \"cell\": 10, \"relief\": (\"1 km\", inf) },\n)\n",
+    );
+    let mut window = window(Some(file.path().join("graph.ron")));
+    until(&mut window, "the terrain is measured", |window| window.state().session().checked().is_some());
+    assert!(titled(&window, 0));
+    window.get_by_label("Problems").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("expected on cells of 10 m, but those of the world are 50 m").is_some());
+    assert!(window.query_by_label_contains("outside on these cells").is_some());
+}
+
 /// The title of the Problems pane with this number.
 fn titled(window: &Harness<'_, App>, count: usize) -> bool {
     let title = if count == 0 { "Problems".to_owned() } else { format!("Problems ({count})") };

@@ -72,6 +72,11 @@ pub fn each_with<S: Send, P: Send, E: Send>(
     })
 }
 
+/// Returns the results of both functions, which run side by side where a thread is free.
+pub fn both<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    rayon::join(a, b)
+}
+
 /// As [`each`], for loops that cannot fail.
 pub fn all<P: Send>(parts: impl IntoIterator<Item = P>, run: impl Fn(usize, P) + Sync) {
     let Ok(()) = each(parts, |k, part| {

@@ -4,6 +4,7 @@
 //! shows the selected node, `file` the settings of the file while nothing is selected.
 
 mod column;
+mod curves;
 mod expected;
 mod file;
 mod form;

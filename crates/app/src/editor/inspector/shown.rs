@@ -3,14 +3,11 @@
 use std::sync::Arc;
 
 use egui::{Grid, Label, RichText, Ui, vec2};
-use egui_plot::{Bar, BarChart, HoverPosition, Line, Plot, PlotPoints};
 use orograph_graph::{Field, Lines, PortType, Report, Unit, Value, plain};
-use orograph_nodes::numerics::math;
 
 use super::form::{section, words};
 use crate::{
     editor::Session,
-    export::plot,
     report::{reading, terminal::counted},
 };
 
@@ -202,50 +199,7 @@ fn report(ui: &mut Ui, report: &Report) {
             }
         });
     }
-    for series in &report.series {
-        ui.add_space(4.0);
-        ui.strong(words(&series.name));
-        let axis = |axis: &orograph_graph::Axis| match axis.unit.as_str() {
-            "" => axis.label.clone(),
-            unit => format!("{} ({unit})", axis.label),
-        };
-        let pairs = series.x.values.iter().zip(&series.y.values);
-        let [log_x, log_y] = [series.x.log, series.y.log];
-        let place = |value: f64, log: bool| if log { math::log10(value) } else { value };
-        let points = pairs.map(|(x, y)| [place(*x, log_x), place(*y, log_y)]);
-        let points: Vec<[f64; 2]> = points.filter(|[x, y]| x.is_finite() && y.is_finite()).collect();
-        let colour = ui.visuals().hyperlink_color;
-        let plot = Plot::new(("series", &series.name)).height(150.0).x_axis_label(axis(&series.x));
-        let plot = plot.y_axis_label(axis(&series.y)).allow_scroll(false).allow_zoom(false).allow_drag(false);
-        let plot = plot.x_axis_formatter(move |mark, _| tick(mark.value, log_x));
-        let plot = plot.y_axis_formatter(move |mark, _| tick(mark.value, log_y));
-        let plot = plot.label_formatter(move |hover| {
-            let (HoverPosition::NearDataPoint { position, .. } | HoverPosition::Elsewhere { position }) = hover;
-            let [x, y] =
-                [(position.x, log_x), (position.y, log_y)].map(|(at, log)| reading::significant(number(at, log)));
-            Some(format!("{x}, {y}"))
-        });
-        plot.allow_boxed_zoom(false).show(ui, |plot| {
-            if let Some(bars) = series.bars() {
-                let bar = |[from, to, height]: [f64; 3]| Bar::new(0.5 * (from + to), height).width(to - from);
-                let bars = bars.into_iter().filter(|bar| bar[2].is_finite()).map(bar).collect();
-                return plot.bar_chart(BarChart::new(words(&series.name), bars).color(colour));
-            }
-            plot.line(Line::new(words(&series.name), PlotPoints::from(points)).color(colour).width(1.5));
-        });
-    }
-}
-
-/// The number at a place of an axis.
-fn number(place: f64, log: bool) -> f64 {
-    if log { math::pow(10.0, place) } else { place }
-}
-
-/// The text of a mark on an axis. A logarithmic one has texts at powers of ten and at the numbers between that have few
-/// digits.
-fn tick(place: f64, log: bool) -> String {
-    let shown = number(place, log);
-    if log && place.fract() != 0.0 { reading::significant(shown) } else { plot::tick(shown, log) }
+    super::curves::show(ui, &report.series);
 }
 
 #[cfg(test)]
@@ -262,11 +216,5 @@ mod tests {
         assert_eq!((stats.shares[0], stats.shares[BARS - 1], stats.shares.iter().sum::<f32>()), (0.5, 0.25, 1.0));
         let level = Stats::of(&Field::constant(Window::whole(world), 7.0)).expect("cells");
         assert_eq!((level.mean, level.deviation, level.shares[0]), (7.0, 0.0, 1.0));
-    }
-
-    #[test]
-    fn marks_of_a_logarithmic_axis_are_powers_of_ten() {
-        assert_eq!(["10⁵", "100", "31.62"], [5.0, 2.0, 1.5].map(|place| tick(place, true)));
-        assert_eq!(tick(-0.2, false), "−0.2");
     }
 }

@@ -152,7 +152,7 @@ fn of_nodes(session: &Session) -> Vec<Line> {
     lines
 }
 
-/// The expectations that the terrain does not meet.
+/// The expectations that the terrain does not meet. A preview on larger cells than they are about misses none.
 fn missed(session: &Session) -> Vec<Line> {
     let node = expected_node(session);
     let line = |message: String| Line {
@@ -163,6 +163,7 @@ fn missed(session: &Session) -> Vec<Line> {
         node: node.clone(),
     };
     match session.checked().map(|measured| &measured.checked) {
+        Some(Ok(checked)) if checked.is_coarse => Vec::new(),
         Some(Ok(checked)) => checked.missed().map(|figure| line(figure.text())).collect(),
         Some(Err(why)) => vec![line(format!("expectations cannot be measured: {why}"))],
         None => Vec::new(),
@@ -177,7 +178,7 @@ fn expected_node(session: &Session) -> Option<String> {
     Some(document.graph().instance(output.port.node).name.clone())
 }
 
-/// Lists what the file expects and does not miss, and says what the figures belong to.
+/// Lists what the file expects and is not among the problems, and says what the figures belong to.
 fn expectations(ui: &mut Ui, session: &Session) {
     let Some(expected) = session.document().expectations() else { return };
     let Some(output) = &expected.output else { return };
@@ -198,8 +199,15 @@ fn expectations(ui: &mut Ui, session: &Session) {
     for one in &expected.list {
         let figure = figures.and_then(|checked| checked.figures.iter().find(|figure| figure.expectation == *one));
         let text = match figure {
-            Some(figure) if !figure.is_met() => continue,
-            Some(figure) => format!("{}: {} ({})", one.measure.name, one.display(figure.value), one.bounds_text()),
+            Some(figure) => {
+                let is_coarse = figures.is_some_and(|checked| checked.is_coarse);
+                let outside = match figure.is_met() {
+                    true => "",
+                    false if is_coarse => ", outside on these cells",
+                    false => continue,
+                };
+                format!("{}: {} ({}{outside})", one.measure.name, one.display(figure.value), one.bounds_text())
+            }
             None => format!("{}: {}", one.measure.name, one.bounds_text()),
         };
         ui.add(Label::new(text).wrap());

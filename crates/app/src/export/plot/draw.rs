@@ -13,7 +13,7 @@ use plotters::{
     style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle, TextStyle, register_font},
 };
 
-use super::{Curve, Plot, SAMPLES, SIZE, Theme, scale::Scale};
+use super::{CURVES, Curve, Plot, SAMPLES, SIZE, Theme, scale::Scale};
 use crate::report::reading::words;
 
 /// The family of the texts: in an SVG that of the viewer, in a picture the font of the program.
@@ -22,13 +22,16 @@ const FONT: &str = "sans-serif";
 /// How opaque the bars of a histogram are, so that the outline of the reference shows through.
 const BARS: f64 = 0.55;
 
+/// The dashes of each curve and the gaps between them; the first is drawn through.
+const DASHES: [(u32, u32); CURVES] = [(1, 0), (14, 8), (5, 6), (26, 6), (9, 14)];
+
 /// Colours of a theme.
 struct Colours {
     ground: RGBColor,
     text: RGBColor,
     grid: RGBColor,
     minor: RGBColor,
-    curves: [RGBColor; 2],
+    curves: [RGBColor; CURVES],
 }
 
 impl Theme {
@@ -40,21 +43,40 @@ impl Theme {
                 text: RGBColor(34, 34, 34),
                 grid: RGBColor(205, 205, 205),
                 minor: RGBColor(234, 234, 234),
-                curves: [RGBColor(0, 114, 178), RGBColor(213, 94, 0)],
+                curves: [
+                    RGBColor(0, 114, 178),
+                    RGBColor(213, 94, 0),
+                    RGBColor(0, 158, 115),
+                    RGBColor(204, 121, 167),
+                    RGBColor(230, 159, 0),
+                ],
             },
             Self::Dark => Colours {
                 ground: RGBColor(27, 30, 34),
                 text: RGBColor(230, 230, 230),
                 grid: RGBColor(78, 84, 92),
                 minor: RGBColor(48, 52, 58),
-                curves: [RGBColor(86, 180, 233), RGBColor(230, 159, 0)],
+                curves: [
+                    RGBColor(86, 180, 233),
+                    RGBColor(230, 159, 0),
+                    RGBColor(0, 158, 115),
+                    RGBColor(204, 121, 167),
+                    RGBColor(240, 228, 66),
+                ],
             },
         }
     }
 
+    /// The colour of a curve: red, green and blue. There are [`CURVES`], which repeat.
+    #[must_use]
+    pub const fn colour(self, curve: usize) -> [u8; 3] {
+        let RGBColor(r, g, b) = self.colours().curves[curve % CURVES];
+        [r, g, b]
+    }
+
     /// The colours of the curves as an SVG writes them.
     #[cfg(test)]
-    pub(super) fn curves(self) -> [String; 2] {
+    pub(super) fn curves(self) -> [String; CURVES] {
         self.colours().curves.map(|RGBColor(r, g, b)| format!("#{r:02X}{g:02X}{b:02X}"))
     }
 }
@@ -139,9 +161,10 @@ fn draw<DB: DrawingBackend>(root: &DrawingArea<DB, Shift>, plot: &Plot, theme: T
         }
         let points = points.iter().map(|[x, y]| (*x, *y));
         let (is_bars, half) = (!bars.is_empty(), (9 * zoom) as i32);
-        let (dash, gap) = ((14 * zoom) as i32, (8 * zoom) as i32);
+        let (dash, gap) = DASHES[at];
+        let (dash, gap) = ((dash * zoom) as i32, (gap * zoom) as i32);
         let end = (52 * zoom) as i32;
-        // The reference is dashed, so that the curves differ without their colours.
+        // References are dashed, so that the curves differ without their colours.
         let series = if at == 0 {
             chart.draw_series(LineSeries::new(points, style))
         } else {

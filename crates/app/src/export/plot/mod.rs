@@ -1,11 +1,11 @@
-//! Plots of the curves in a report, as PNG and SVG, with those of a reference.
+//! Plots of the curves in a report, as PNG and SVG, with those of references.
 
 mod draw;
 mod scale;
 
 use std::path::{Path, PathBuf};
 
-use orograph_graph::{Axis, Report, Series};
+use orograph_graph::{Axis, Series};
 use orograph_nodes::raster;
 
 pub use scale::tick;
@@ -29,7 +29,10 @@ pub enum Theme {
     Dark,
 }
 
-/// A plot: one curve, or two to compare.
+/// The largest number of curves in a plot.
+pub const CURVES: usize = 5;
+
+/// A plot: one curve, or several to compare.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
     /// The name of the series.
@@ -57,25 +60,19 @@ struct Curve {
 }
 
 impl Plot {
-    /// The plots of all series in a report that have points. Each has the curve of the same name in the reference, if
-    /// there is one. Reports come with the text of the legend.
+    /// The plots of curves: those of one name share a plot, that of what was measured before those of references.
+    /// `label` is the text of the former in the legend. Names without a point are left out.
     #[must_use]
-    pub fn of(report: (&str, &Report), reference: Option<(&str, &Report)>) -> Vec<Self> {
-        let plot = |series: &Series| {
-            let other = |(label, report): (&str, &Report)| {
-                Some(Curve::of(label, report.series.iter().find(|other| other.name == series.name)?))
-            };
-            let curves = [Some(Curve::of(report.0, series)), reference.and_then(other)];
-            let curves: Vec<Curve> = curves.into_iter().flatten().collect();
+    pub fn of(label: &str, series: &[Series]) -> Vec<Self> {
+        let plot = |own: &Series| {
+            let others = series.iter().filter(|other| other.name == own.name && other.of.is_some());
+            let mut curves: Vec<Curve> =
+                std::iter::once(own).chain(others).map(|curve| Curve::of(label, curve)).collect();
             let is_drawn = !curves[0].points.is_empty();
-            is_drawn.then(|| Self {
-                name: series.name.clone(),
-                x: Label::of(&series.x),
-                y: Label::of(&series.y),
-                curves,
-            })
+            curves.truncate(CURVES);
+            is_drawn.then(|| Self { name: own.name.clone(), x: Label::of(&own.x), y: Label::of(&own.y), curves })
         };
-        report.1.series.iter().filter_map(plot).collect()
+        series.iter().filter(|series| series.of.is_none()).filter_map(plot).collect()
     }
 
     /// Writes it as `NAME.png` and `NAME.svg` into a folder; earlier files of these names are replaced.
@@ -114,7 +111,7 @@ impl Label {
 
 impl Curve {
     fn of(label: &str, series: &Series) -> Self {
-        let label = label.to_owned();
+        let label = series.of.clone().unwrap_or_else(|| label.to_owned());
         if let Some(mut bars) = series.bars() {
             bars.retain(|bar| bar[2].is_finite());
             // empty bars at the end only make the others narrower
@@ -168,37 +165,35 @@ mod tests {
 
     use super::*;
 
-    fn report(shift: f64) -> Report {
-        let mut report = Report::default();
+    fn curves(shift: f64) -> Vec<Series> {
         let areas: Vec<f64> = (0..40).map(|at| math::pow(10.0, 4.0 + 0.1 * f64::from(at))).collect();
         let slopes = areas.iter().map(|area| (1.0 + shift) * math::pow(*area, -0.45)).collect();
-        report.series.push(Series {
-            name: "slope_area".to_owned(),
-            x: Axis { label: "drainage area".to_owned(), unit: "m²".to_owned(), values: areas, log: true },
-            y: Axis { label: "slope".to_owned(), unit: String::new(), values: slopes, log: true },
-        });
         let heights: Vec<f64> = (0..=100).map(|at| f64::from(at) / 100.0).collect();
-        report.series.push(Series {
-            name: "hypsometric_curve".to_owned(),
-            x: Axis::new(
-                "share of the area at or above",
-                "",
-                heights.iter().map(|z| math::pow(1.0 - z, 1.0 + shift)).collect(),
+        let above = heights.iter().map(|z| math::pow(1.0 - z, 1.0 + shift)).collect();
+        vec![
+            Series::new(
+                "slope_area",
+                Axis::logarithmic("drainage area", "m²", areas),
+                Axis::logarithmic("slope", "", slopes),
             ),
-            y: Axis::new("relative height", "", heights),
-        });
-        report.series.push(Series {
-            name: "none".to_owned(),
-            x: Axis::new("x", "", vec![f64::NAN]),
-            y: Axis::new("y", "", vec![1.0]),
-        });
-        report
+            Series::new(
+                "hypsometric_curve",
+                Axis::new("share of the area at or above", "", above),
+                Axis::new("relative height", "", heights),
+            ),
+            Series::new("none", Axis::new("x", "", vec![f64::NAN]), Axis::new("y", "", vec![1.0])),
+        ]
+    }
+
+    /// Curves of what was measured, and the same as those of a reference.
+    fn beside(made: &[Series], real: Vec<Series>) -> Vec<Series> {
+        made.iter().cloned().chain(real.into_iter().map(|curve| curve.of("real.tif"))).collect()
     }
 
     #[test]
     fn plots_have_labels_and_both_curves_and_the_same_bytes_again() {
-        let (made, real) = (report(0.0), report(0.6));
-        let plots = Plot::of(("made.exr", &made), Some(("real.tif", &real)));
+        let made = curves(0.0);
+        let plots = Plot::of("made.exr", &beside(&made, curves(0.6)));
         assert_eq!(
             plots.iter().map(|plot| plot.name.as_str()).collect::<Vec<_>>(),
             ["slope_area", "hypsometric_curve"]
@@ -214,32 +209,28 @@ mod tests {
                 assert!(text.contains(part), "{part} is not in {text}");
             }
             let strokes = theme.curves().map(|colour| text.matches(&*colour).count());
-            assert!(strokes.iter().all(|count| *count > 0), "{strokes:?}");
+            assert!(strokes[..2].iter().all(|count| *count > 0), "{strokes:?}");
             let picture = image::open(&png).expect("a picture").to_rgb8();
             assert_eq!(picture.dimensions(), (SIZE[0], SIZE[1]));
             let bytes = [&png, &svg].map(|path| std::fs::read(path).expect("bytes"));
             plot.write(&folder, theme).expect("written");
             assert_eq!([&png, &svg].map(|path| std::fs::read(path).expect("bytes")), bytes);
         }
-        assert_eq!(Plot::of(("made.exr", &made), None)[0].curves.len(), 1);
+        assert_eq!(Plot::of("made.exr", &made)[0].curves.len(), 1);
+        let many = (0..9).fold(made.clone(), |curves, _| beside(&curves, made.clone()));
+        assert_eq!(Plot::of("made.exr", &many)[0].curves.len(), CURVES);
     }
 
     #[test]
     fn a_histogram_is_drawn_as_bars_and_that_of_the_reference_as_an_outline() {
-        let report = |peak: f64| {
+        let histogram = |peak: f64| {
             let share = |at: f64| 0.06 * math::exp(-(at - peak) * (at - peak) / 200.0);
             let slopes: Vec<f64> = (0..90).map(f64::from).collect();
             let shares = slopes.iter().map(|at| if *at < 70.0 { share(*at) } else { 0.0 }).collect();
-            let mut report = Report::default();
-            report.series.push(Series {
-                name: "slope_histogram".to_owned(),
-                x: Axis::new("slope from", "°", slopes),
-                y: Axis::new("share of the area", "", shares),
-            });
-            report
+            let [slopes, shares] = [Axis::new("slope from", "°", slopes), Axis::new("share of the area", "", shares)];
+            vec![Series::new("slope_histogram", slopes, shares)]
         };
-        let (made, real) = (report(30.0), report(24.0));
-        let plots = Plot::of(("made.exr", &made), Some(("real.tif", &real)));
+        let plots = Plot::of("made.exr", &beside(&histogram(30.0), histogram(24.0)));
         let [own, other]: &[Curve; 2] = plots[0].curves.as_slice().try_into().expect("two curves");
         assert_eq!((own.bars.len(), own.bars[69][1], other.points.len()), (70, 70.0, 2 * 70 + 2));
         assert_eq!((own.points[0], own.points[2], own.points[141]), ([0.0; 2], [1.0, own.bars[0][2]], [70.0, 0.0]));
@@ -256,8 +247,7 @@ mod tests {
     #[test]
     fn many_points_are_thinned_and_the_ends_stay() {
         let values: Vec<f64> = (0..100_000).map(f64::from).collect();
-        let series =
-            Series { name: "n".to_owned(), x: Axis::new("x", "", values.clone()), y: Axis::new("y", "", values) };
+        let series = Series::new("n", Axis::new("x", "", values.clone()), Axis::new("y", "", values));
         let points = Curve::of("a", &series).points;
         assert!(points.len() <= MOST_POINTS + 1);
         assert_eq!((points[0], points[points.len() - 1]), ([0.0; 2], [99_999.0; 2]));

@@ -36,6 +36,8 @@ pub struct Checked {
     pub place: String,
     /// The figures, in the order of the file.
     pub figures: Vec<Figure>,
+    /// True if the cells of the world are larger than those that the file expects something of.
+    pub is_coarse: bool,
     /// Remarks on the measurement.
     pub notes: Vec<String>,
 }
@@ -105,11 +107,11 @@ impl Checked {
                 format!("{width} x {height} from ({x}, {y}), cells of {}", metres(cell_m))
             }
         };
-        let mut notes = Vec::new();
-        if let Some(asked) = expected.cell_m.filter(|asked| *asked < cell_m * (1.0 - 1e-6)) {
+        let finer = expected.cell_m.filter(|asked| *asked < cell_m * (1.0 - 1e-6));
+        let note = |asked| {
             let cell = metres(cell_m);
-            notes.push(format!("expected on cells of {}, but those of the world are {cell}", metres(asked)));
-        }
+            format!("expected on cells of {}, but those of the world are {cell}", metres(asked))
+        };
         let report = measure(&gathered.finish(), None, registry, cancel)?;
         let figure = |expectation: &Expectation| {
             let value = report.get(expectation.measure.name).unwrap_or(f64::NAN);
@@ -119,7 +121,8 @@ impl Checked {
             Figure { expectation: *expectation, value, reason }
         };
         let figures = expected.list.iter().map(figure).collect();
-        Ok(Self { output: output.to_owned(), place, figures, notes })
+        let (is_coarse, notes) = (finer.is_some(), finer.map(note).into_iter().collect());
+        Ok(Self { output: output.to_owned(), place, figures, is_coarse, notes })
     }
 
     /// The figures that are missed.

@@ -14,9 +14,10 @@ type StoredAxis = (String, String, Vec<Bits>, bool);
 type StoredAmounts = Vec<(String, Bits)>;
 /// Material, start, gained, lost, end and error.
 type StoredBalance = (String, Bits, StoredAmounts, StoredAmounts, Bits, Bits);
+/// Name, both axes, and the reference whose curve it is.
+type StoredSeries = (String, StoredAxis, StoredAxis, Option<String>);
 /// Measures, series, ledger and notes.
-type StoredReport =
-    (Vec<(String, Bits, String)>, Vec<(String, StoredAxis, StoredAxis)>, Vec<StoredBalance>, Vec<String>);
+type StoredReport = (Vec<(String, Bits, String)>, Vec<StoredSeries>, Vec<StoredBalance>, Vec<String>);
 
 /// Order, index of the line downstream, and the numbers of the vertices.
 type StoredLine = (u32, Option<u32>, Vec<[Bits; 6]>);
@@ -28,7 +29,7 @@ pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
         (axis.label.clone(), axis.unit.clone(), axis.values.iter().map(|v| v.to_bits()).collect(), axis.log)
     };
     let measures = report.measures.iter().map(|m| (m.name.clone(), m.value.to_bits(), m.unit.clone()));
-    let series = report.series.iter().map(|s| (s.name.clone(), axis(&s.x), axis(&s.y)));
+    let series = report.series.iter().map(|s| (s.name.clone(), axis(&s.x), axis(&s.y), s.of.clone()));
     let amounts = |amounts: &[Amount]| amounts.iter().map(|a| (a.name.clone(), a.volume.to_bits())).collect();
     let ledger = report.ledger.iter().map(|b| {
         let [start, end, error] = [b.start, b.end, b.error].map(f64::to_bits);
@@ -47,7 +48,7 @@ pub(super) fn decode_report(json: &[u8]) -> io::Result<Report> {
         log,
     };
     let measures = measures.into_iter().map(|(name, bits, unit)| Measure { name, value: f64::from_bits(bits), unit });
-    let series = series.into_iter().map(|(name, x, y)| Series { name, x: axis(x), y: axis(y) });
+    let series = series.into_iter().map(|(name, x, y, of)| Series { name, x: axis(x), y: axis(y), of });
     let amounts = |amounts: StoredAmounts| {
         amounts.into_iter().map(|(name, bits)| Amount { name, volume: f64::from_bits(bits) }).collect()
     };

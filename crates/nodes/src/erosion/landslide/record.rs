@@ -167,7 +167,7 @@ impl Record {
         let axis = |label: &str, unit: &str, value: &dyn Fn(&Event) -> f64| {
             Axis::new(label, unit, rows.iter().map(|row| value(&self.events[*row])).collect())
         };
-        let mut series = |name: &str, x: Axis, y: Axis| report.series.push(Series { name: name.to_owned(), x, y });
+        let mut series = |name: &str, x: Axis, y: Axis| report.series.push(Series::new(name, x, y));
         series("places", axis("x", "m", &|event| event.place_m[0]), axis("y", "m", &|event| event.place_m[1]));
         series("sizes", axis("area", "m²", &|event| event.area_m2), axis("volume", "m³", &|event| event.volume_m3));
         series("runouts", axis("runout", "m", &|event| event.runout_m), axis("drop", "m", &|event| event.drop_m));

@@ -119,6 +119,19 @@ impl Kind {
         }
     }
 
+    /// The models whose curves are drawn beside a terrain of the kind. No model of the Alps or of a canyon may be
+    /// shipped: they have the highest mountains and the layered upland at hand.
+    #[must_use]
+    pub fn beside(self) -> &'static [&'static str] {
+        match self {
+            Self::Alps => &["mandakini", "frontrange"],
+            Self::Himalaya => &["mandakini"],
+            Self::Highlands => &["glencoe"],
+            Self::Canyon => &["dales"],
+            _ => self.models(),
+        }
+    }
+
     /// The middle of a measure and its natural spread: the standard deviation among quarters of the models, or half
     /// the width of the window. None if the kind says nothing about the measure.
     #[must_use]

@@ -1,5 +1,6 @@
 //! Compare: how far a terrain is from a reference or a kind of real terrain, and how real it looks by numbers.
 
+mod curves;
 mod distributions;
 mod kinds;
 mod measures;
@@ -9,10 +10,11 @@ mod score;
 
 use std::path::PathBuf;
 
-use orograph_graph::{Cancel, LevelJob, Wanted, Warnings, World};
+use orograph_graph::{Cancel, LevelJob, Series, Wanted, Warnings, World};
 
 use self::measures::COMPARED;
 pub use self::{
+    curves::POINTS,
     kinds::{Kind, Span},
     measures::MEASURES,
     real::{Real, Tile},
@@ -45,6 +47,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Compare",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[] }],
     category: "measure",
     summary: "A score of realism, and the distance from real terrain in units of its natural spread.",
     doc: include_str!("page.md"),
@@ -99,9 +103,16 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         report.measure(spec.name, value, spec.unit);
     }
     match inputs.reference {
-        None => distances(&measured, &mut report, |name| params.kind.natural(name)),
+        None => {
+            distances(&measured, &mut report, |name| params.kind.natural(name));
+            let models = params.kind.beside().iter();
+            let beside = models.flat_map(|model| curves::of(model).iter().map(|curve| curve.clone().of(model)));
+            beside_each_other(&measured, beside.collect(), &mut report);
+        }
         Some(reference) => {
             let reference = Reference::of(reference, &job.cancel)?;
+            let beside = reference.own.series.iter().map(|curve| curve.clone().of("reference"));
+            beside_each_other(&measured, beside.collect(), &mut report);
             report.notes.extend(reference.note.clone());
             distances(&measured, &mut report, |name| reference.natural(name));
             distributions::measure(&Land::of(&land, None), &Land::of(&reference.land, None), &mut report);
@@ -123,6 +134,13 @@ fn distances(measured: &Report, report: &mut Report, natural: impl Fn(&str) -> O
     }
     if let Some((name, distance)) = worst.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
         report.notes.push(format!("farthest from nature: {name}, by {distance:.1} spreads"));
+    }
+}
+
+/// Adds the curves of the terrain and those of its references, if there are any.
+fn beside_each_other(measured: &Report, references: Vec<Series>, report: &mut Report) {
+    if !references.is_empty() {
+        report.series.extend(measured.series.iter().cloned().chain(references));
     }
 }
 

@@ -12,7 +12,7 @@ pub struct Reference {
     pub(super) land: Field,
     /// A remark on its cells.
     pub(super) note: Option<String>,
-    own: Report,
+    pub(super) own: Report,
     quarters: Vec<Report>,
 }
 

@@ -84,6 +84,24 @@ fn land_is_near_itself_and_its_kind() {
 }
 
 #[test]
+fn curves_have_those_of_the_reference_or_of_the_models_of_the_kind() {
+    let glen = model("glencoe");
+    let slopes = |report: &Report| -> Vec<(Option<String>, Vec<f64>)> {
+        let curves = report.series.iter().filter(|curve| curve.name == "slope_histogram");
+        curves.map(|curve| (curve.of.clone(), curve.y.values.clone())).collect()
+    };
+    assert!(slopes(&compared("none", &[("height", &glen)])).is_empty());
+    let kind = slopes(&compared("highlands", &[("height", &glen)]));
+    let reference = slopes(&compared("none", &[("height", &glen), ("reference", &glen)]));
+    assert_eq!([&kind[0].0, &kind[1].0], [&None, &Some("glencoe".to_owned())]);
+    assert_eq!([&reference[0].0, &reference[1].0], [&None, &Some("reference".to_owned())]);
+    assert_eq!(reference[0].1, reference[1].1);
+    // the table has five digits
+    let same = kind[0].1.iter().zip(&kind[1].1).all(|(own, real)| (own - real).abs() <= 1e-4 * own.abs());
+    assert!(same, "the table has the curves of the model: run the example `real_tiles`");
+}
+
+#[test]
 fn a_reference_is_measured_once_for_all_distances() {
     let cancel = Cancel::default();
     let [glen, norfolk] = ["glencoe", "norfolk"].map(model);

@@ -209,13 +209,9 @@ pub(super) fn profile(land: &Land<'_>, network: &Network, trunks: &[u32], river_
     if points.len() < 2 {
         return;
     }
-    report.series.push(Series {
-        name: "river_profile".to_owned(),
-        x: Axis::new(
-            "distance from the outlet of the largest river",
-            "m",
-            points.iter().map(|point| point.0).collect(),
-        ),
-        y: Axis::new("elevation", "m", points.iter().map(|point| f64::from(land.height.plane(0)[point.1])).collect()),
-    });
+    report.series.push(Series::new(
+        "river_profile",
+        Axis::new("distance from the outlet of the largest river", "m", points.iter().map(|point| point.0).collect()),
+        Axis::new("elevation", "m", points.iter().map(|point| f64::from(land.height.plane(0)[point.1])).collect()),
+    ));
 }

@@ -77,9 +77,9 @@ pub(super) fn measure(land: &Land<'_>, report: &mut Report) {
     if holes > 0.0 {
         report.notes.push(format!("{holes} cells without a height are left out"));
     }
-    report.series.push(Series {
-        name: "hypsometric_curve".to_owned(),
-        x: Axis::new("share of the area at or above", "", found.curve(&land.field)),
-        y: Axis::new("relative height", "", (0..=STEPS).map(|step| step as f64 / STEPS as f64).collect()),
-    });
+    report.series.push(Series::new(
+        "hypsometric_curve",
+        Axis::new("share of the area at or above", "", found.curve(&land.field)),
+        Axis::new("relative height", "", (0..=STEPS).map(|step| step as f64 / STEPS as f64).collect()),
+    ));
 }

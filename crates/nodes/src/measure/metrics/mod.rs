@@ -126,23 +126,46 @@ pub fn metrics(job: &Job<'_>, height: &Field, mask: Option<&Field>, params: &Par
     slope::aspects(&land, &mut report);
     job.advance(0.2)?;
     let slope_p50 = report.get("slope.p50").unwrap_or(f64::NAN);
-    texture::measure(&land, slope_p50, &mut report);
-    texture::positions(&land, params.local_window, &mut report);
-    job.advance(0.35)?;
-    spectrum::measure(&land, &mut report);
-    job.advance(0.45)?;
-    forms::measure(&land, &mut report);
-    job.advance(0.55)?;
-    peaks::measure(&land, params, &mut report, &check)?;
-    job.advance(0.7)?;
-    water(job, &land, params, &mut report)?;
+    // Water follows one cell after the other; the others leave processors to it.
+    let (surface, streams) = par::both(|| surface(&land, slope_p50, params, &check), || streams(job, &land, params));
+    for part in [surface?, streams?] {
+        report.measures.extend(part.measures);
+        report.series.extend(part.series);
+        report.notes.extend(part.notes);
+    }
+    Ok(report)
+}
+
+/// Texture, spectrum and forms.
+fn surface(
+    land: &Land<'_>,
+    slope_p50: f64,
+    params: &Params,
+    check: &dyn Fn() -> Result<(), NodeError>,
+) -> Result<Report, NodeError> {
+    let mut report = Report::default();
+    texture::measure(land, slope_p50, &mut report);
+    texture::positions(land, params.local_window, &mut report);
+    check()?;
+    spectrum::measure(land, &mut report);
+    check()?;
+    forms::measure(land, &mut report);
+    Ok(report)
+}
+
+/// Peaks and rivers.
+fn streams(job: &Job<'_>, land: &Land<'_>, params: &Params) -> Result<Report, NodeError> {
+    let mut report = Report::default();
+    peaks::measure(land, params, &mut report, &|| job.check())?;
+    job.advance(0.6)?;
+    water(job, land, params, &mut report)?;
     Ok(report)
 }
 
 /// All that follows the way of water.
 fn water(job: &Job<'_>, land: &Land<'_>, params: &Params, report: &mut Report) -> Result<(), NodeError> {
     let network = Network::of(land, &|| job.check())?;
-    job.advance(0.85)?;
+    job.advance(0.8)?;
     let cell_m2 = land.cell_m() * land.cell_m();
     let river_m2 = (RIVERS[0] * params.channel_area).max(RIVERS[1] * cell_m2);
     let orders = orders::orders(&network, river_m2);

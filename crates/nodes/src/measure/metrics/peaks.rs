@@ -30,11 +30,11 @@ pub(super) fn measure(
     put(report, "peaks.mean", elevations.sum::<f64>() / count);
     let mut prominences: Vec<f64> = peaks.iter().map(|peak| f64::from(peak.elevation) - f64::from(peak.pass)).collect();
     prominences.sort_unstable_by(|a, b| b.total_cmp(a));
-    report.series.push(Series {
-        name: "prominences".to_owned(),
-        x: Axis::new("rank of the peak", "", (1..=prominences.len()).map(|rank| rank as f64).collect()),
-        y: Axis::new("prominence", "m", prominences),
-    });
+    report.series.push(Series::new(
+        "prominences",
+        Axis::new("rank of the peak", "", (1..=prominences.len()).map(|rank| rank as f64).collect()),
+        Axis::new("prominence", "m", prominences),
+    ));
     Ok(())
 }
 

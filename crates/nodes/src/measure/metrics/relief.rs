@@ -49,9 +49,9 @@ pub(super) fn measure(land: &Land<'_>, window_m: f64, report: &mut Report) {
         .map(|side| [side as f64 * land.cell_m(), mean(&reliefs(land, side))])
         .filter(|[_, relief]| relief.is_finite())
         .collect();
-    report.series.push(Series {
-        name: "local_relief".to_owned(),
-        x: Axis::new("side of the window", "m", curve.iter().map(|point| point[0]).collect()),
-        y: Axis::new("mean relief", "m", curve.iter().map(|point| point[1]).collect()),
-    });
+    report.series.push(Series::new(
+        "local_relief",
+        Axis::new("side of the window", "m", curve.iter().map(|point| point[0]).collect()),
+        Axis::new("mean relief", "m", curve.iter().map(|point| point[1]).collect()),
+    ));
 }

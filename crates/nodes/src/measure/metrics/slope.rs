@@ -75,11 +75,11 @@ pub(super) fn measure(slopes: &[f32], report: &mut Report) {
     put(report, "slope.fullest_5_degrees", share(counts.chunks(5).map(|bins| bins.iter().sum()).max().unwrap_or(0)));
     put(report, "slope.below_3_degrees", share(counts[..3].iter().sum()));
     put(report, "slope.above_45_degrees", share(counts[45..].iter().sum()));
-    report.series.push(Series {
-        name: "slope_histogram".to_owned(),
-        x: Axis::new("slope from", "°", (0..90).map(f64::from).collect()),
-        y: Axis::new("share of the area", "", counts.iter().map(|&cells| share(cells)).collect()),
-    });
+    report.series.push(Series::new(
+        "slope_histogram",
+        Axis::new("slope from", "°", (0..90).map(f64::from).collect()),
+        Axis::new("share of the area", "", counts.iter().map(|&cells| share(cells)).collect()),
+    ));
 }
 
 /// Sums over cells with an aspect.
@@ -139,10 +139,10 @@ pub(super) fn aspects(land: &Land<'_>, report: &mut Report) {
     put(report, "aspect.four_fold", mean(sums.harmonics[0]));
     put(report, "aspect.eight_fold", mean(sums.harmonics[1]));
     if enough {
-        report.series.push(Series {
-            name: "aspect_histogram".to_owned(),
-            x: Axis::new("facing", "°", (0..SECTORS).map(|k| k as f64 * 360.0 / SECTORS as f64).collect()),
-            y: Axis::new("share of the slopes above 15°", "", sums.sectors.iter().map(|n| n / sums.cells).collect()),
-        });
+        report.series.push(Series::new(
+            "aspect_histogram",
+            Axis::new("facing", "°", (0..SECTORS).map(|k| k as f64 * 360.0 / SECTORS as f64).collect()),
+            Axis::new("share of the slopes above 15°", "", sums.sectors.iter().map(|n| n / sums.cells).collect()),
+        ));
     }
 }

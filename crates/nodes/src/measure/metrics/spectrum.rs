@@ -45,15 +45,15 @@ pub(super) fn measure(land: &Land<'_>, report: &mut Report) {
     }
     let curve = bins(&power, &waves, side, [1.0, side as f64 / 2.0], 32);
     let length_m = side as f64 * land.cell_m();
-    report.series.push(Series {
-        name: "spectrum".to_owned(),
-        x: Axis::logarithmic("wavelength", "m", curve.iter().map(|point| length_m / point[0]).collect()),
-        y: Axis::logarithmic(
+    report.series.push(Series::new(
+        "spectrum",
+        Axis::logarithmic("wavelength", "m", curve.iter().map(|point| length_m / point[0]).collect()),
+        Axis::logarithmic(
             "power density",
             "m⁴",
             curve.iter().map(|point| point[1] * land.cell_m() * land.cell_m()).collect(),
         ),
-    });
+    ));
 }
 
 /// The waves per side of each place in the first half of the spectrum's rows, and their logarithm. The second half

@@ -81,11 +81,11 @@ pub(super) fn measure(land: &Land<'_>, network: &Network, river_m2: f64, report:
         put(report, name, if enough { value } else { f64::NAN });
     }
     if enough {
-        report.series.push(Series {
-            name: "slope_area".to_owned(),
-            x: Axis::logarithmic("drainage area", "m²", points.iter().map(|point| power_of_ten(point[0])).collect()),
-            y: Axis::logarithmic("slope of rivers", "", points.iter().map(|point| power_of_ten(point[1])).collect()),
-        });
+        report.series.push(Series::new(
+            "slope_area",
+            Axis::logarithmic("drainage area", "m²", points.iter().map(|point| power_of_ten(point[0])).collect()),
+            Axis::logarithmic("slope of rivers", "", points.iter().map(|point| power_of_ten(point[1])).collect()),
+        ));
     } else {
         report.notes.push("too few rivers for their concavity".to_owned());
     }
@@ -205,15 +205,15 @@ fn curve(points: &[[f64; 2]]) -> Series {
         *bin = (bin.0 + 1.0, bin.1 + chi, bin.2 + level);
     }
     bins.retain(|bin| bin.0 > 0.0);
-    Series {
-        name: "chi_profile".to_owned(),
-        x: Axis::new(
+    Series::new(
+        "chi_profile",
+        Axis::new(
             "chi of the largest basin at concavity 0.45 and 1 km²",
             "m",
             bins.iter().map(|b| b.1 / b.0).collect(),
         ),
-        y: Axis::new("elevation", "m", bins.iter().map(|b| b.2 / b.0).collect()),
-    }
+        Axis::new("elevation", "m", bins.iter().map(|b| b.2 / b.0).collect()),
+    )
 }
 
 #[cfg(test)]

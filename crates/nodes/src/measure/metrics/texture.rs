@@ -233,11 +233,11 @@ pub(super) fn positions(land: &Land<'_>, window_m: f64, report: &mut Report) {
             curve.push([radius_m, position]);
         }
     }
-    report.series.push(Series {
-        name: "position".to_owned(),
-        x: Axis::new("radius", "m", curve.iter().map(|point| point[0]).collect()),
-        y: Axis::new("height above the surroundings, root mean square", "m", curve.iter().map(|p| p[1]).collect()),
-    });
+    report.series.push(Series::new(
+        "position",
+        Axis::new("radius", "m", curve.iter().map(|point| point[0]).collect()),
+        Axis::new("height above the surroundings, root mean square", "m", curve.iter().map(|p| p[1]).collect()),
+    ));
 }
 
 /// The root mean square of the position of all cells whose window lies within the terrain.
