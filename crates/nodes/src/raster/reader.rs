@@ -237,6 +237,7 @@ pub(super) struct Shared<'a> {
 }
 
 /// Reads a part of a file.
+#[derive(Clone)]
 pub(super) struct Section<'f, 'a> {
     shared: &'f Shared<'a>,
     at: u64,

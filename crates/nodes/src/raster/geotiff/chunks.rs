@@ -4,7 +4,7 @@ use orograph_graph::memory::{filled, zeroed};
 
 use super::{
     directory::{Directory, tag},
-    unpack::{Compression, Unpacked},
+    unpack::{Compression, Unpacked, memory},
 };
 use crate::{
     numerics::par,
@@ -227,8 +227,7 @@ impl Layout {
         let copy = if is_gathered { row } else { 0 };
         Ok(Some(Chunk {
             layout: self,
-            unpacked: Unpacked::new(section, count, self.compression, index),
-            size: size as u64,
+            unpacked: Unpacked::new(section, count, self.compression, index, size as u64)?,
             row: zeroed(row)?,
             copy: zeroed(copy)?,
         }))
@@ -266,8 +265,6 @@ impl Layout {
 struct Chunk<'l, 'f, 'a> {
     layout: &'l Layout,
     unpacked: Unpacked<'f, 'a>,
-    /// Its bytes when unpacked.
-    size: u64,
     row: Vec<u8>,
     copy: Vec<u8>,
 }
@@ -275,8 +272,8 @@ struct Chunk<'l, 'f, 'a> {
 impl Chunk<'_, '_, '_> {
     /// Unpacks the first cells of the next row.
     fn next(&mut self, nodata: Option<f64>, out: &mut [f32]) -> Result<(), Problem> {
-        let Self { layout, unpacked, size, row, copy } = self;
-        unpacked.read(row, *size)?;
+        let Self { layout, unpacked, row, copy } = self;
+        unpacked.read(row)?;
         let width = layout.sample.bytes();
         let needs_swap = layout.big_endian && width > 1;
         match layout.predictor {
@@ -406,7 +403,10 @@ impl Rows for Tiff<'_> {
 
     fn bytes(&self) -> u64 {
         let lists = 16 * self.layout.offsets.len();
-        (self.rows_at_a_time() * self.layout.columns as usize * size_of::<f32>() + lists) as u64
+        let Layout { chunk, bands, sample, compression, .. } = self.layout;
+        let chunk = chunk[0].saturating_mul(chunk[1]).saturating_mul(bands * sample.bytes() as u64);
+        let unpacking = rayon::current_num_threads() as u64 * memory(compression, chunk);
+        (self.rows_at_a_time() * self.layout.columns as usize * size_of::<f32>() + lists) as u64 + unpacking
     }
 
     fn block_rows(&self, _: &Head) -> usize {

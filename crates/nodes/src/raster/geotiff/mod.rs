@@ -9,7 +9,7 @@
 //!
 //! This module reads the container itself instead of using the `tiff` crate, which fails on some valid LZW tiles
 //! (image-tiff issue 395) and calculates with the sizes in a header before it has checked them. The decompressors are
-//! `weezl` and `flate2`.
+//! `weezl`, `libdeflater` and, for large chunks, `flate2`.
 
 mod chunks;
 mod cog;
