@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import rasterio
+import rasterio.enums
 import rasterio.warp
 import xarray as xr
 from rasterio.transform import from_origin
+from rasterio.vrt import WarpedVRT
 from rio_cogeo.cogeo import cog_validate
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -43,8 +45,8 @@ def cog(program, folder, side):
 def warp(program, folder, side):
     """The largest distance, in cells of the world, between where PROJ and GDAL say that a value lies, and where ours has it.
 
-    The rasters are ramps of columns and of rows, so a difference of values is one of positions. GDAL averages where cells
-    of the world are larger; its weights do not preserve a ramp, which its distance to PROJ shows.
+    The rasters are ramps of columns and of rows, so a difference of values is one of positions. Where cells of the world
+    are larger, GDAL widens its cubic, and we average cells as areas.
     """
     corner, epsg = (505_000.0, 5_215_000.0), 32632
     rows = []
@@ -72,12 +74,11 @@ def warp(program, folder, side):
                 )
                 run(program, "run", graph, "-o", folder / "warp", "--format", "r32", "--no-cache")
                 ours = np.fromfile(folder / "warp/ramp.r32", "<f4").reshape(side, side).astype(float)
-                theirs = np.full((side, side), np.nan)
-                rasterio.warp.reproject(
-                    ramp.astype(float), theirs, src_transform=transform, src_crs=source, dst_crs=f"EPSG:{epsg}",
-                    dst_transform=from_origin(*corner, metres, metres), dst_nodata=np.nan, tolerance=0.0,
-                    resampling=rasterio.warp.Resampling.cubic,
-                )
+                with rasterio.open(name) as file, WarpedVRT(
+                    file, crs=f"EPSG:{epsg}", transform=from_origin(*corner, metres, metres), width=side, height=side,
+                    resampling=rasterio.enums.Resampling.cubic, tolerance=0.001,
+                ) as warped:
+                    theirs = warped.read(1).astype(float)
                 at = (np.arange(side) + 0.5) * metres
                 xs, ys = np.meshgrid(corner[0] + at, corner[1] - at)
                 exact = rasterio.warp.transform(f"EPSG:{epsg}", source, xs.ravel(), ys.ravel())[axis]
