@@ -1,9 +1,11 @@
 //! Writes `docs/validation.md`: real elevation models against their reference, and the presets against the windows of
-//! the real places. `tests/validation/run.sh` builds the program and runs this.
+//! the real places. With `ranges` as argument, it prints what becomes of the expectations at the ends of the ranges that
+//! presets state for their parameters. `tests/validation/run.sh` builds the program and runs this.
 
 use std::{error::Error, fmt::Write as _, path::Path, process::Command};
 
 use orograph::files::heightfile;
+use orograph_graph::{Document, Kind};
 use orograph_nodes::measure::compare::{Part, Real, Score};
 use orograph_tests::{MODELS, PRESETS, root, validation_hash};
 use serde_json::Value;
@@ -11,6 +13,9 @@ use serde_json::Value;
 fn main() -> Result<(), Box<dyn Error>> {
     let program = std::env::current_exe()?;
     let program = program.ancestors().nth(2).ok_or("no folder of programs")?.join("orograph");
+    if std::env::args().nth(1).as_deref() == Some("ranges") {
+        return ranges(&program);
+    }
     let mut page = String::from(
         "# Validation\n\nWritten by `tests/validation/run.sh`. A test fails when elevation models, measures, presets or kernels change and \
          this page does not.\n\n## Real elevation models\n\nThe largest difference of any measure from `tests/data/dems/expected.json`, and the \
@@ -80,6 +85,46 @@ fn presets(program: &Path, page: &mut String) -> Result<(), Box<dyn Error>> {
     let measures = Part::ALL.iter().map(|part| part.measures().len()).sum::<usize>();
     writeln!(page, "\nThe score rests on {measures} measures; see [Compare](nodes/Compare.md).")?;
     Ok(())
+}
+
+/// Prints which expectations presets miss at the ends of their parameters' ranges.
+fn ranges(program: &Path) -> Result<(), Box<dyn Error>> {
+    println!("| preset | parameter | at its least | missed | at its largest | missed |\n|---|---|---|---|---|---|");
+    for (preset, _) in PRESETS {
+        let path = root().join(format!("graphs/{preset}.ron"));
+        let document = Document::parse(std::fs::read_to_string(&path)?, &orograph_nodes::registry());
+        let is_stated = |span: &std::ops::Range<usize>| document.source()[span.clone()].contains("range:");
+        for parameter in document.parameters().iter().filter(|parameter| is_stated(&parameter.span)) {
+            let Kind::Float { hard, .. } = parameter.kind else { continue };
+            let mut row = format!("| {preset} | {}", parameter.name);
+            for end in hard {
+                let missed = missed(program, &path, &format!("{}={end}", parameter.name))?;
+                let missed = if missed.is_empty() { "none".to_owned() } else { missed.join(", ") };
+                write!(row, " | {} | {missed}", parameter.unit.display(end))?;
+            }
+            println!("{row} |");
+        }
+    }
+    Ok(())
+}
+
+/// The expectations that a graph misses with a parameter set, each with its figure.
+fn missed(program: &Path, graph: &Path, set: &str) -> Result<Vec<String>, Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let arguments = ["run", text(graph)?, "-o", text(folder.path())?, "--json", "--set", set];
+    let output = Command::new(program).args(arguments).output()?;
+    let (mut missed, mut count) = (Vec::new(), 0);
+    for line in String::from_utf8(output.stdout)?.lines() {
+        let event: Value = serde_json::from_str(line)?;
+        count += u32::from(event["event"] == "expectation");
+        if event["event"] == "expectation" && event["met"] != true {
+            missed.push(format!("{} {:.3}", event["measure"], event["value"].as_f64().unwrap_or(f64::NAN)));
+        }
+    }
+    if count == 0 {
+        return Err(format!("{set}: {}", String::from_utf8_lossy(&output.stderr)).into());
+    }
+    Ok(missed)
 }
 
 /// The measure that differs most from its reference, and the difference over the value; of values near 0 the plain

@@ -24,6 +24,7 @@ graphs=(
     "two_ranges|Two ranges from one graph|-|2048|.35 .35"
     "belts|Vegetation belts|colour|2048|.35 .35"
     "painted|Painted from data|colour|2048|.35 .35"
+    "road|A road across the mountains|colour|2048|.05 .45"
     "isles|Islands|colour|2048|.35 .35"
     "mesas|Mesas|colour|2048|.35 .35"
     "scree|Cliffs and scree|-|1024|.35 .35"

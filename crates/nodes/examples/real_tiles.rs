@@ -1,5 +1,5 @@
-//! Writes the table of real terrain that Compare rests on, and the curves that it draws: `cargo run --release -p orograph-nodes --example
-//! real_tiles`.
+//! Writes the table of real terrain that Compare rests on, and the curves that it draws: `cargo run --release -p
+//! orograph-nodes --example real_tiles`.
 //!
 //! Each model of `tests/data/dems`, whole and in quarters, at cells of 80 to 100 m.
 

@@ -14,6 +14,7 @@ pub mod path;
 pub mod perlin;
 pub mod range;
 pub mod ridged;
+pub mod route;
 pub mod shape;
 pub mod spectral;
 pub mod volcano;
@@ -38,5 +39,6 @@ pub static NODES: &[&Node] = &[
     &island::NODE,
     &shape::NODE,
     &path::NODE,
+    &route::NODE,
     &paint::NODE,
 ];

@@ -1,5 +1,6 @@
 //! Building blocks of kernels: arithmetic that is the same on every machine, parallel loops, noise, filters, routing.
 
+pub mod along;
 pub mod beds;
 pub mod cells;
 pub mod coarse;

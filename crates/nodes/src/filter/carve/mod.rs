@@ -30,6 +30,8 @@ choice! {
         Land = "land",
         /// It follows the terrain down and never rises from the start to the end.
         Downhill = "downhill",
+        /// It follows the terrain, but is nowhere steeper than `grade`: the terrain is cut and filled alike.
+        Graded = "graded",
         /// It is straight from the terrain at the start to that at the end.
         Straight = "straight",
     }
@@ -63,7 +65,9 @@ params! {
     /// How the elevation of the bed follows a line.
     course: Course = Course::Downhill, One, ..;
     /// Length along the path over which the elevation of the terrain is averaged.
-    easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill";
+    easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill" | "graded";
+    /// The largest rise over run of the bed.
+    grade: f64 = 0.08, One, 0.0..=10.0, soft 0.02..=0.3, when course = "graded";
     /// How round the path is at its points: 0 for straight stretches with corners; not used if `lines` is wired.
     curve: f64 = 1.0, One, 0.0..=1.0;
     /// How far the path winds; not used if `lines` is wired.
@@ -99,16 +103,19 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Carve",
-    version: 2,
-    migrations: &[Migration {
-        from: 1,
-        steps: &[
-            Step::Keep { name: "curve", value: "0" },
-            Step::Keep { name: "wander", value: "0" },
-            Step::Keep { name: "widening", value: "0" },
-            Step::Keep { name: "raggedness", value: "0" },
-        ],
-    }],
+    version: 3,
+    migrations: &[
+        Migration {
+            from: 1,
+            steps: &[
+                Step::Keep { name: "curve", value: "0" },
+                Step::Keep { name: "wander", value: "0" },
+                Step::Keep { name: "widening", value: "0" },
+                Step::Keep { name: "raggedness", value: "0" },
+            ],
+        },
+        Migration { from: 2, steps: &[] },
+    ],
     category: "filter",
     summary: "Carves or fills a bed along a path or along rivers: valleys, ditches, roads, dams.",
     doc: include_str!("page.md"),
@@ -130,7 +137,7 @@ pub static NODE: Node = Node {
         if is_drawn { draw::bytes(&sizing.window) } else { 0 }
     }),
     cpu: run,
-    example: "version: 2, height: \"base\", width: 900, depth: 200, bank: 1200",
+    example: "version: 3, height: \"base\", width: 900, depth: 200, bank: 1200",
     ..Node::DEFAULT
 };
 

@@ -4,6 +4,7 @@ use orograph_graph::{Field, Line};
 
 use super::{Course, Params, course::course};
 use crate::numerics::{
+    along::{averaged, graded},
     lines::Ends,
     math,
     noise::place::{self, along},
@@ -61,7 +62,7 @@ impl Way {
                 banks: [1.0; 2],
             }
         });
-        Self { places: places.collect() }.on_course(params.course)
+        Self { places: places.collect() }.on_course(params)
     }
 
     /// Creates the way of a line without elevations on the terrain, with points a cell apart or, for wide beds, a
@@ -134,13 +135,20 @@ impl Way {
         for (place, elevation) in places.iter_mut().zip(elevations) {
             place.elevation_m = elevation - params.depth;
         }
-        Self { places }.on_course(params.course)
+        Self { places }.on_course(params)
     }
 
-    fn on_course(mut self, course: Course) -> Self {
+    fn on_course(mut self, params: &Params) -> Self {
         let places = &mut self.places;
-        match course {
+        match params.course {
             Course::Land => {}
+            Course::Graded => {
+                let lengths: Vec<f64> = places.windows(2).map(|pair| length(pair[0].at_m, pair[1].at_m)).collect();
+                let elevations: Vec<f64> = places.iter().map(|place| place.elevation_m).collect();
+                for (place, elevation_m) in places.iter_mut().zip(graded(&elevations, &lengths, params.grade)) {
+                    place.elevation_m = elevation_m;
+                }
+            }
             Course::Downhill => {
                 let mut lowest = f64::INFINITY;
                 for place in places {
@@ -193,24 +201,6 @@ impl Params {
 pub fn length(a: [f64; 2], b: [f64; 2]) -> f64 {
     let [x, y] = [b[0] - a[0], b[1] - a[1]];
     (x * x + y * y).sqrt()
-}
-
-/// Returns the moving average of each value and `side` values on either side, of fewer near the ends, which do not
-/// change.
-fn averaged(values: &[f64], side: usize) -> Vec<f64> {
-    let mut sums = vec![0.0];
-    for value in values {
-        // relative to the first value, so that a constant line stays constant
-        sums.push(sums[sums.len() - 1] + (value - values[0]));
-    }
-    let mean = |at: usize| {
-        let side = side.min(at).min(values.len() - 1 - at);
-        if side == 0 {
-            return values[at];
-        }
-        values[0] + (sums[at + side + 1] - sums[at - side]) / (2 * side + 1) as f64
-    };
-    (0..values.len()).map(mean).collect()
 }
 
 /// Returns the terrain height at a point by bilinear interpolation.
