@@ -44,9 +44,9 @@ pub use colour::{NoColour, Srgb, Stop};
 pub use device::{DeviceError, DeviceSamples, WeakSamples};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
-    Document, Edit, EditError, Expanded, Expectation, Expectations, Frame, FrameEntry, History, JournalEntry,
-    JournalError, JournalWriter, LoadError, LooseWire, NamedInput, NamedParameter, NodeEntry, OutputDecl, Place,
-    Recovered, Reroute, SUBGRAPH, Splice, Statistics, UsedGraph, diff, format_source, recover,
+    Document, Edit, EditError, Expanded, Expectation, Expectations, Extract, Extracted, Frame, FrameEntry, History,
+    Inlined, JournalEntry, JournalError, JournalWriter, LoadError, LooseWire, NamedInput, NamedParameter, NodeEntry,
+    OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Splice, Statistics, UsedGraph, diff, format_source, recover,
 };
 pub use eval::{
     Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, Origin, Request, Store,

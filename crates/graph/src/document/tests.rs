@@ -8,6 +8,7 @@ use crate::{
 mod costs;
 mod edits;
 mod expect;
+mod extract;
 mod form;
 mod from;
 mod fuzz;

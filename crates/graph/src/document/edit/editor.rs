@@ -296,7 +296,7 @@ impl<'a> Editor<'a> {
     }
 }
 
-fn refused(message: String) -> EditError {
+pub(super) fn refused(message: String) -> EditError {
     EditError::Refused { message, hint: None }
 }
 

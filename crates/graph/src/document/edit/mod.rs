@@ -2,7 +2,10 @@
 
 pub(crate) mod diff;
 pub(crate) mod editor;
+mod excerpt;
+pub(crate) mod extract;
 pub(crate) mod history;
+pub(crate) mod inline;
 pub(crate) mod journal;
 pub(crate) mod merge;
 pub(crate) mod moved;
@@ -94,6 +97,18 @@ pub enum Edit {
         from: String,
         /// The new name.
         to: String,
+    },
+    /// Replaces a place in the file's `parameters` or `inputs` with others. A place that is not there is left alone.
+    MovePlace {
+        /// The place: `node.name`.
+        from: String,
+        /// The places that its entry lists instead; those that it lists already are not repeated.
+        to: Vec<String>,
+    },
+    /// Writes a node as the present version of its kind, with the same meaning.
+    Migrate {
+        /// The node.
+        node: String,
     },
     /// Resets a parameter or an input to its default.
     Reset {
@@ -285,6 +300,11 @@ impl Edit {
             Self::Expose { node, name, to } => editor.expose(node, name, to),
             Self::Conceal { name } => editor.conceal(name),
             Self::RenameNamed { from, to } => editor.rename_named(from, to),
+            Self::MovePlace { from, to } => {
+                editor.move_place(from, to);
+                Ok(())
+            }
+            Self::Migrate { node } => editor.current(node).map(drop),
             Self::Reset { node, name } | Self::Disconnect { node, input: name } => editor.reset(node, name),
             Self::Connect { from, to, input } => {
                 let wire = quote(&editor.short_wire(from));

@@ -39,6 +39,28 @@ impl Editor<'_> {
         }
     }
 
+    /// Replaces a place with others, except for those that its entry lists already.
+    pub(in crate::document) fn move_place(&mut self, from: &str, to: &[String]) {
+        for section in Section::ALL {
+            let found = self.items(section.field()).iter().find_map(|item| {
+                let all = places(&item.value, section, &self.draft.source);
+                let (_, span) = all.iter().find(|(text, _)| text == from)?.clone();
+                let new: Vec<String> =
+                    to.iter().filter(|to| all.iter().all(|(text, _)| text != *to)).map(|to| quote(to)).collect();
+                let listed = places_of(&item.value, section)?.as_group().is_some_and(is_list);
+                Some((item.value.span.clone(), span, new, listed))
+            });
+            let Some((value, span, new, listed)) = found else { continue };
+            let changes = match new.as_slice() {
+                [] => self.draft.removal_within(value, &span),
+                [one] => vec![(span, one.clone())],
+                many if listed => vec![(span, many.join(", "))],
+                many => vec![(span, format!("[{}]", many.join(", ")))],
+            };
+            self.draft.change(changes);
+        }
+    }
+
     /// Sets a parameter of the file at all its places.
     pub(in crate::document) fn set_named(&mut self, name: &str, text: &str) -> Result<(), EditError> {
         let section = Section::Parameters;

@@ -65,7 +65,7 @@ impl Editor<'_> {
     }
 
     /// Migrates a node in the text to the version that this program supports, so that its names and values are current.
-    pub(super) fn current(&mut self, name: &str) -> Result<&'static Node, EditError> {
+    pub(in crate::document) fn current(&mut self, name: &str) -> Result<&'static Node, EditError> {
         let item = self.item(name)?;
         let (node, group) = self.known(item).ok_or_else(|| EditError::Placeholder(name.to_owned()))?;
         let written = group.map_or(Some(1), |group| version(group, &self.draft.source)).unwrap_or(1);
