@@ -45,6 +45,56 @@ fn nodes_are_copied_as_text_and_pasted() {
 }
 
 #[test]
+fn parameters_are_copied_to_nodes_of_the_same_kind() {
+    let text = ROW
+        .replace("Terrace(", "Terrace(version: 2, ")
+        .replace("height: \"ground\"),\n        \"lonely", "height: \"ground\", step: 70),\n        \"lonely");
+    let (mut window, _folder) = window_on(&text);
+    let step = |window: &Harness<'_, App>, name: &str| {
+        let graph = document(window).graph();
+        graph.instance(graph.find(name).expect("it is there")).params.read::<f64>("step")
+    };
+    let default = step(&window, "lonely");
+    let steps = title(&window, "steps");
+    click(&mut window, steps);
+    // The system sends Copy and Paste with and without Shift.
+    let shift = Modifiers::COMMAND | Modifiers::SHIFT;
+    window.event(Event::ModifiersChanged(shift));
+    let copied = copied(&mut window);
+    window.event(Event::ModifiersChanged(Modifiers::NONE));
+    assert!(copied.contains("step: 70") && !copied.contains("ground"), "{copied}");
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    let place = title(&window, "place");
+    click_with(&mut window, place, Modifiers::COMMAND);
+    window.event_modifiers(Event::Paste(copied.clone()), shift);
+    window.run_steps(3);
+    assert_ne!(default, 70.0);
+    assert_eq!(step(&window, "lonely"), 70.0);
+    assert_eq!(source_of(&window, "lonely", 0), None);
+    let said = "Set the parameters of 1 node; 1 node of another kind was left as it is";
+    assert!(window.query_by_label_contains(said).is_some());
+    assert_eq!((document(&window).steps(), document(&window).nodes().len()), (1, 4));
+    picture(&mut window, "parameters_pasted");
+    key(&mut window, Modifiers::COMMAND, Key::Z);
+    assert_eq!(document(&window).source(), text);
+    // From the menu, where the clipboard comes some frames later.
+    click(&mut window, lonely);
+    window.get_by_label("Edit").click();
+    window.run_steps(3);
+    window.get_by_label_contains("Paste parameters").click();
+    window.step();
+    window.event(Event::Paste(copied));
+    window.run_steps(3);
+    assert_eq!(step(&window, "lonely"), 70.0);
+    // Without Shift the node is pasted.
+    click(&mut window, lonely);
+    window.event(Event::Paste("{ \"x\": Terrace(version: 2, step: 33) }".to_owned()));
+    window.run_steps(3);
+    assert_eq!(document(&window).nodes().len(), 5);
+}
+
+#[test]
 fn a_copy_keeps_the_wires_into_it() {
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);

@@ -1,54 +1,24 @@
 //! Nodes as text for the clipboard: a graph file of the copied nodes, with the wires into them.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fmt::Write as _,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use egui::{Pos2, Vec2};
-use orograph_graph::{Document, Edit, LooseWire, NodeEntry, Registry};
+use orograph_graph::{Document, Edit, LooseWire, NodeEntry};
 
 use super::{commands::fresh_name, model::Model};
 
 /// The text of the copied nodes, with all wires into them and their positions.
 pub(super) fn text(document: &Document, model: &Model, names: &BTreeSet<String>) -> Result<String, String> {
-    let entries = || document.nodes().iter().filter(|entry| names.contains(&entry.name));
-    let mut text = "(\n    nodes: {\n".to_owned();
-    for entry in entries() {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "        {},", &document.source()[entry.span.clone()]);
-    }
-    text.push_str("    },\n    layout: {\n");
-    for card in entries().filter_map(|entry| model.find(&entry.name)).map(|card| &model.cards[card]) {
-        let _ = writeln!(text, "        \"{}\": ({}, {}),", card.name, card.at.x.round(), card.at.y.round());
-    }
-    text.push_str("    },\n");
-    let muted: Vec<String> = entries().filter(|entry| entry.muted).map(|entry| format!("\"{}\"", entry.name)).collect();
-    if !muted.is_empty() {
-        let _ = writeln!(text, "    muted: [{}],", muted.join(", "));
-    }
-    let notes = entries().filter(|entry| !entry.note.is_empty());
-    let notes = notes.map(|entry| Edit::SetNote { node: entry.name.clone(), note: entry.note.clone() });
-    let ways = document.reroutes().iter().filter(|way| names.contains(&way.node));
-    let ways = ways.map(|way| Edit::SetReroutes {
-        node: way.node.clone(),
-        input: way.input.clone(),
-        places: way.places.clone(),
-    });
-    let extras: Vec<Edit> = notes.chain(ways).collect();
-    text.push_str(")\n");
-    if extras.is_empty() {
-        return Ok(text);
-    }
-    let mut copy = Document::parse(text, document.registry());
-    copy.apply(&Edit::All(extras)).map_err(|error| error.to_string())?;
-    Ok(copy.source().to_owned())
+    let place = |at: Pos2| [f64::from(at.x.round()), f64::from(at.y.round())];
+    let places = model.cards.iter().map(|card| (card.name.clone(), place(card.at))).collect();
+    document.excerpt(names, &places).map_err(|error| error.to_string())
 }
 
-/// The graph in a text: a whole file, its field `nodes: {...}`, or the content of the braces.
-fn read(text: &str, registry: &Registry) -> Option<Document> {
+/// The graph in a text: a whole file, its field `nodes: {...}`, or the content of the braces. The files that it names
+/// are those of a document.
+pub(super) fn read(text: &str, like: &Document) -> Option<Document> {
     let forms = [text.to_owned(), format!("({text})"), format!("(nodes: {text})"), format!("(nodes: {{{text}}})")];
-    let documents = forms.into_iter().map(|form| Document::parse(form, registry));
+    let documents = forms.into_iter().map(|form| Document::parse_in(form, like.folder(), like.registry()));
     let sound = |document: &Document| document.problems().iter().all(|problem| problem.code != "syntax");
     documents.into_iter().find(|document| sound(document) && !document.nodes().is_empty())
 }
@@ -105,7 +75,7 @@ fn with_wires(
     shift: Vec2,
     keeps: impl Fn(&Document, &LooseWire) -> bool,
 ) -> Result<Pasted, String> {
-    let Some(mut copy) = read(text, document.registry()) else {
+    let Some(mut copy) = read(text, document) else {
         return Err("the clipboard has no nodes; copy nodes, or the text of a graph file".to_owned());
     };
     let model = Model::of(&copy, &BTreeSet::new(), &mut BTreeMap::new());

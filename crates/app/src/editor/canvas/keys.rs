@@ -11,7 +11,7 @@ use super::{
     lens::Lens,
     overlay::{Find, Rename},
     palette::{Palette, Purpose},
-    place,
+    place, values,
 };
 use crate::editor::window::actions::{self, Action, Part, Status};
 
@@ -31,29 +31,35 @@ impl Canvas {
         if elsewhere && matches!(self.gesture, Gesture::Idle) {
             response.surrender_focus();
         }
-        let waiting = self.pasting > 0;
-        self.pasting = self.pasting.saturating_sub(1);
+        let mut held = std::mem::replace(&mut self.held, ui.input(|input| input.modifiers));
+        let waiting = self.pasting.take();
+        self.pasting = waiting.and_then(|(frames, action)| Some((frames.checked_sub(1)?, action)));
         if !response.has_focus() {
             // A menu has requested the clipboard; its content goes to the graph wherever the pointer is.
             let pasted = ui.input(|input| input.events.iter().find(|event| matches!(event, Event::Paste(_))).cloned());
-            if let Some(Event::Paste(text)) = pasted.filter(|_| waiting) {
-                self.pasting = 0;
-                self.paste(ui, session, &text);
+            if let (Some(Event::Paste(text)), Some((_, action))) = (pasted, waiting) {
+                self.pasting = None;
+                self.paste(ui, session, action, &text);
             }
             return;
         }
         let all = EventFilter { tab: true, horizontal_arrows: true, vertical_arrows: true, escape: false };
         ui.memory_mut(|memory| memory.set_focus_lock_filter(id, all));
-        if self.palette.is_some() || self.find.is_some() || self.rename.is_some() {
+        if self.palette.is_some() || self.find.is_some() || self.rename.is_some() || self.new_subgraph.is_some() {
             return;
         }
         let events = ui.input(|input| input.events.clone());
         let mut events = events.iter();
         while let Some(event) = events.next() {
-            if let Event::Paste(text) = event {
-                self.paste(ui, session, text);
-                self.pasting = 0;
-            } else if let Some(action) = actions::asked_by(Part::Graph, event) {
+            if let Event::ModifiersChanged(modifiers) = event {
+                held = *modifiers;
+            } else if let Event::Paste(text) = event {
+                // The system sends the same event with and without Shift.
+                let by_key = if held.shift { Action::PasteParameters } else { Action::Paste };
+                let action = waiting.map_or(by_key, |(_, action)| action);
+                self.pasting = None;
+                self.paste(ui, session, action, text);
+            } else if let Some(action) = actions::asked_by(Part::Graph, event, held) {
                 self.run(ui, session, action);
             }
             if let Some(palette) = &mut self.palette {
@@ -64,7 +70,7 @@ impl Canvas {
                     }
                 }
             }
-            if self.find.is_some() || self.rename.is_some() {
+            if self.find.is_some() || self.rename.is_some() || self.new_subgraph.is_some() {
                 return;
             }
             // The next key applies to the new state.
@@ -87,7 +93,14 @@ impl Canvas {
             Action::Delete => Status::can(some || self.area.is_some() || self.bend.is_some() || !self.wires.is_empty()),
             Action::SelectAll | Action::Find | Action::Arrange | Action::FullSize => Status::can(any),
             Action::FitAll => Status::can(any || !session.document().frames().is_empty()),
+            Action::CopyParameters => Status::can(chosen.len() == 1 && chosen[0].index.is_some()),
+            Action::PasteParameters => Status::can(some),
             Action::Align(_) => Status::can(chosen.len() > 1),
+            Action::Subgraph => Status::can(some && chosen.iter().all(|entry| entry.index.is_some())),
+            Action::Inline => {
+                let node = chosen.first().filter(|_| chosen.len() == 1).and_then(|entry| entry.index);
+                Status::can(node.is_some_and(|node| session.document().subgraph(node).is_some()))
+            }
             Action::Rename => Status::can(self.area.is_some() || chosen.len() == 1),
             Action::Mute => Status::switch(some, some && chosen.iter().all(|entry| entry.muted)),
             Action::Collapse => {
@@ -131,8 +144,15 @@ impl Canvas {
                     self.run(ui, session, Action::Delete);
                 }
             }
-            Action::Paste => {
-                self.pasting = PATIENCE;
+            Action::CopyParameters => {
+                let [card] = chosen[..] else { return };
+                match values::copied(session.document(), &self.model, &self.model.cards[card]) {
+                    Ok(text) => ui.ctx().output_mut(|output| output.commands.push(OutputCommand::CopyText(text))),
+                    Err(reason) => self.refuse(ui, reason),
+                }
+            }
+            Action::Paste | Action::PasteParameters => {
+                self.pasting = Some((PATIENCE, action));
                 ui.ctx().send_viewport_cmd(ViewportCommand::RequestPaste);
             }
             Action::Duplicate => {
@@ -168,6 +188,8 @@ impl Canvas {
                     self.apply(ui, session, &edit);
                 }
             }
+            Action::Subgraph if self.status(session, action).enabled => self.ask_subgraph(ui, session),
+            Action::Inline if self.status(session, action).enabled => self.inline(ui, session),
             Action::Arrange => {
                 if let Some(edit) = commands::arrange(&self.model, &some_or_all()) {
                     self.apply(ui, session, &edit);
@@ -236,8 +258,12 @@ impl Canvas {
         }
     }
 
-    /// Pastes the nodes of a text, at the pointer if it is over the pane.
-    pub(super) fn paste(&mut self, ui: &Ui, session: &mut Session, text: &str) {
+    /// Pastes the nodes of a text, at the pointer if it is over the pane, or their parameters.
+    fn paste(&mut self, ui: &Ui, session: &mut Session, action: Action, text: &str) {
+        if action == Action::PasteParameters {
+            self.paste_parameters(ui, session, text);
+            return;
+        }
         let Some(lens) = self.lens else { return };
         let pointer = ui.ctx().pointer_latest_pos().filter(|at| lens.rect.contains(*at));
         self.pasted += 1;
@@ -245,6 +271,23 @@ impl Canvas {
         let at = pointer.map(|at| place::on_grid(lens.to_graph(at)));
         let pasted = clip::paste(session.document(), text, at, shift);
         self.add(ui, session, pasted);
+    }
+
+    /// Gives the selected nodes the parameters in a text.
+    fn paste_parameters(&mut self, ui: &Ui, session: &mut Session, text: &str) {
+        let names: BTreeSet<String> = session.selection().map(str::to_owned).collect();
+        if names.is_empty() {
+            return;
+        }
+        match values::pasted(session.document(), text, &names) {
+            Ok(pasted) => {
+                let message = pasted.message();
+                if self.apply(ui, session, &Edit::All(pasted.edits)) {
+                    session.note(message, false);
+                }
+            }
+            Err(reason) => self.refuse(ui, reason),
+        }
     }
 
     fn add(&mut self, ui: &Ui, session: &mut Session, pasted: Result<clip::Pasted, String>) {

@@ -110,9 +110,17 @@ impl Canvas {
     }
 
     fn node_menu(&mut self, ui: &mut Ui, session: &mut Session) {
-        let groups: [&[Action]; 4] = [
+        let groups: [&[Action]; 5] = [
             &[Action::PinToViewport, Action::Rename, Action::Collapse, Action::Mute, Action::Frame],
-            &[Action::Cut, Action::Copy, Action::Paste, Action::Duplicate],
+            &[
+                Action::Cut,
+                Action::Copy,
+                Action::Paste,
+                Action::Duplicate,
+                Action::CopyParameters,
+                Action::PasteParameters,
+            ],
+            &[Action::Subgraph, Action::Inline],
             &[Action::Arrange, Action::Fit],
             &[Action::Delete],
         ];

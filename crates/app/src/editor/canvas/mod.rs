@@ -19,7 +19,9 @@ mod overlay;
 mod paint;
 mod palette;
 mod place;
+mod reuse;
 mod thumbs;
+mod values;
 
 pub(super) use commands::Alignment;
 
@@ -85,13 +87,16 @@ pub(super) struct Canvas {
     menu: Option<menu::Menu>,
     find: Option<overlay::Find>,
     rename: Option<overlay::Rename>,
+    new_subgraph: Option<reuse::NewSubgraph>,
     /// The reason of a refused edit, its position, and until when it is shown.
     refusal: Option<(String, Pos2, f64)>,
     without_map: bool,
     /// Number of pastes away from the pointer, each shifted from the one before.
     pasted: u32,
-    /// Remaining frames to wait for the clipboard after a menu command.
-    pasting: u8,
+    /// The modifier keys that were held at the end of the last frame.
+    held: egui::Modifiers,
+    /// Remaining frames to wait for the clipboard after a menu command, and the command.
+    pasting: Option<(u8, Action)>,
     /// The queued command of a menu of the window.
     asked: Option<Action>,
 }
@@ -127,6 +132,7 @@ impl Canvas {
         self.menu_ui(ui, session);
         self.palette_ui(ui, session);
         self.rename_ui(ui, session);
+        self.new_subgraph_ui(ui, session);
         self.refusal_ui(ui, &brush);
     }
 

@@ -8,6 +8,7 @@ mod measuring;
 mod outside;
 mod recovery;
 mod results;
+mod reuse;
 mod simulation;
 mod snapshots;
 mod state;

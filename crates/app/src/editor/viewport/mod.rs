@@ -209,7 +209,7 @@ impl Viewport {
             return;
         }
         for event in ui.input(|input| input.events.clone()) {
-            if let Some(action) = actions::asked_by(Part::Viewport, &event)
+            if let Some(action) = actions::asked_by(Part::Viewport, &event, egui::Modifiers::NONE)
                 && self.status(session, action).enabled
             {
                 self.carry_out(action, session);

@@ -28,6 +28,8 @@ pub(crate) enum Action {
     Copy,
     Paste,
     Duplicate,
+    CopyParameters,
+    PasteParameters,
     Delete,
     SelectAll,
     Find,
@@ -35,6 +37,8 @@ pub(crate) enum Action {
     Frame,
     Arrange,
     Align(Alignment),
+    Subgraph,
+    Inline,
     Rename,
     Mute,
     Collapse,
@@ -115,6 +119,10 @@ impl Action {
             Self::Copy => graph("Copy", "Copy (as text)", &[(CTRL, Key::C)]),
             Self::Paste => graph("Paste", "Paste", &[(CTRL, Key::V)]),
             Self::Duplicate => graph("Duplicate", "Duplicate", &[(CTRL, Key::D)]),
+            Self::CopyParameters => graph("Copy parameters", "Copy the parameters of the node", &[(BOTH, Key::C)]),
+            Self::PasteParameters => {
+                graph("Paste parameters", "Paste parameters on the selected nodes of that kind", &[(BOTH, Key::V)])
+            }
             Self::Delete => {
                 graph("Delete", "Delete and reconnect the wires", &[(NONE, Key::Delete), (NONE, Key::Backspace)])
             }
@@ -124,6 +132,10 @@ impl Action {
             Self::Frame => graph("Frame", "Add a frame with a note around the selection", &[(NONE, Key::C)]),
             Self::Arrange => graph("Arrange", "Arrange the selected nodes, or all, in layers", &[(NONE, Key::L)]),
             Self::Align(how) => graph(how.name(), "Align the selected nodes", &[]),
+            Self::Subgraph => {
+                graph("Make subgraph…", "Move the selected nodes into a graph file of their own", &[(CTRL, Key::G)])
+            }
+            Self::Inline => graph("Inline subgraph", "Replace a Subgraph by the nodes of its file", &[(BOTH, Key::G)]),
             Self::Rename => graph("Name and note…", "Name and note", &[(NONE, Key::F2)]),
             Self::Mute => graph("Mute", "Mute: bypass the node", &[(NONE, Key::M)]),
             Self::Collapse => graph("Collapse", "Collapse or expand", &[(NONE, Key::H)]),
@@ -229,6 +241,8 @@ pub(crate) const EDIT: Lines = &[
         Line::Do(Action::Copy),
         Line::Do(Action::Paste),
         Line::Do(Action::Duplicate),
+        Line::Do(Action::CopyParameters),
+        Line::Do(Action::PasteParameters),
         Line::Do(Action::Delete),
     ],
     &[Line::Do(Action::SelectAll), Line::Do(Action::Find), Line::Do(Action::Variations)],
@@ -236,6 +250,8 @@ pub(crate) const EDIT: Lines = &[
     &[
         Line::Do(Action::Add),
         Line::Do(Action::Frame),
+        Line::Do(Action::Subgraph),
+        Line::Do(Action::Inline),
         Line::Do(Action::Arrange),
         Line::Sub(
             "Align",
@@ -329,15 +345,21 @@ pub(crate) fn pressed(context: &Context, allowed: impl Fn(Action) -> bool) -> Ve
     actions
 }
 
-/// The action of a part of the window for an event. Returns None when there is none.
-pub(crate) fn asked_by(part: Part, event: &Event) -> Option<Action> {
+/// The actions of the clipboard, whose keys are its events.
+const CLIPBOARD: [Action; 5] =
+    [Action::Cut, Action::Copy, Action::Paste, Action::CopyParameters, Action::PasteParameters];
+
+/// The action of a part of the window for an event, with the modifiers held. Returns None when there is none.
+pub(crate) fn asked_by(part: Part, event: &Event, modifiers: Modifiers) -> Option<Action> {
     match event {
+        // The system sends the same event with and without Shift.
+        Event::Copy if part == Part::Graph && modifiers.shift => Some(Action::CopyParameters),
         Event::Copy if part == Part::Graph => Some(Action::Copy),
         Event::Cut if part == Part::Graph => Some(Action::Cut),
         Event::Key { key, pressed: true, modifiers, .. } => {
             let is = |keys: KeyboardShortcut| keys.logical_key == *key && modifiers.matches_exact(keys.modifiers);
             // The clipboard has its own events.
-            let own = |action: &Action| !matches!(action, Action::Cut | Action::Copy | Action::Paste);
+            let own = |action: &Action| !CLIPBOARD.contains(action);
             with_keys(part).filter(own).find(|action| action.shortcuts().any(is))
         }
         _ => None,
