@@ -21,6 +21,8 @@ mod target;
 mod value;
 mod waypoints;
 
+pub(super) use number::short;
+
 use super::Session;
 use form::FormState;
 

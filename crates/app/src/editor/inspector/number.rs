@@ -39,7 +39,7 @@ impl Scale {
 }
 
 /// A value with as few digits as dragging over a range can distinguish.
-pub(super) fn short(value: f64, range: f64) -> f64 {
+pub(in crate::editor) fn short(value: f64, range: f64) -> f64 {
     // One part in five hundred, rounded down to a power of ten. It is an integer above one and the inverse of an
     // integer below, so that the result is the number nearest to its few digits.
     let least = range / 500.0;
