@@ -95,3 +95,62 @@ fn a_refused_export_shows_the_reason() {
     window.run_steps(3);
     assert!(window.query_by_label_contains("no output is chosen").is_some());
 }
+
+/// A graph that takes some seconds to build.
+const SLOW: &str = "(world: (size: \"20 km\", cells: 1536, seed: 3), nodes: { \"land\": Ridged(), \
+                    \"rivers\": StreamPower(version: 5, height: \"land\", duration: \"900 kyr\") }, outputs: { \"height\": \"rivers\" })";
+
+#[test]
+fn builds_wait_for_each_other_and_can_be_cancelled() {
+    let folder = scratch(SLOW);
+    let out = |name: &str| folder.path().join(name);
+    let mut window = exporting(&folder.path().join("graph.ron"), &out("first"));
+    window.state_mut().session_mut().set_cells(32);
+    assert!(!window.state().session().document().has_errors());
+    let folder_field = |window: &mut Harness<'_, App>, name: &str| {
+        window.get_by_role_and_label(Role::TextInput, "Folder").focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(1);
+        window.get_by_role_and_label(Role::TextInput, "Folder").type_text(&out(name).display().to_string());
+        window.run_steps(2);
+    };
+    let export = |window: &mut Harness<'_, App>| {
+        window.get_by_role_and_label(Role::Button, "Export").click();
+        window.run_steps(3);
+    };
+    export(&mut window);
+    for name in ["second", "third"] {
+        folder_field(&mut window, name);
+        export(&mut window);
+    }
+    assert!(window.query_by_label_contains("Wrote ").is_none(), "the first build is too fast for this test");
+    assert_eq!(window.get_all_by_label("Waiting").count(), 2);
+    assert!(window.query_by_label_contains("2 waiting").is_some(), "the status bar tells");
+    for theme in [egui::Theme::Light, egui::Theme::Dark] {
+        window.ctx.set_theme(theme);
+        crate::picture(&mut window, &format!("queue_{theme:?}"));
+    }
+    // Cancels the build that waits last.
+    window.get_all_by_label("Cancel").next_back().expect("a button").click();
+    window.run_steps(3);
+    assert_eq!(window.get_all_by_label("Waiting").count(), 1);
+    // Cancels the running one; the next one starts.
+    window.get_all_by_label("Cancel").next().expect("a button").click();
+    until(&mut window, "the second build starts", |window| window.query_by_label("Waiting").is_none());
+    assert!(
+        window.query_by_label_contains("stopped").is_some() || window.query_by_label_contains("Stopping").is_some()
+    );
+    let mut attention = false;
+    until(&mut window, "the second build ends", |window| {
+        let asked = egui::ViewportCommand::RequestUserAttention(egui::UserAttentionType::Informational);
+        let mut viewports = window.output().viewport_output.values();
+        attention |= viewports.any(|viewport| viewport.commands.contains(&asked));
+        window.query_by_label_contains("Wrote 2 files").is_some()
+    });
+    assert!(attention, "the window asks for attention at the end");
+    assert!(window.query_by_label_contains("Exported 2 files to").is_some(), "a message tells");
+    crate::picture(&mut window, "queue_done");
+    assert!(out("second").join("height.exr").is_file());
+    assert!(!out("first").exists() && !out("third").exists());
+}

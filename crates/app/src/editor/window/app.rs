@@ -219,7 +219,11 @@ impl eframe::App for App {
         let tree = &self.trees[room as usize];
         let visible = self.maximised.map_or_else(|| is_seen(tree, Pane::Viewport), |pane| pane == Pane::Viewport);
         let drawing = visible && self.panes.viewport.is_drawing(&self.panes.session);
-        egui::Panel::bottom("status").show(ui, |ui| menu::status(ui, &mut self.panes.session, drawing));
+        let exporting = self.menu.exporting();
+        let status = |ui: &mut egui::Ui| menu::status(ui, &mut self.panes.session, drawing, exporting.as_deref());
+        if egui::Panel::bottom("status").show(ui, status).inner {
+            self.menu.carry_out(Action::Export, &mut self.panes.session);
+        }
         egui::CentralPanel::default().show(ui, |ui| match self.maximised {
             Some(pane) => self.panes.show(ui, pane),
             None => self.trees[room as usize].ui(&mut self.panes, ui),

@@ -237,6 +237,11 @@ impl Menu {
         self.welcome = Welcome::is_wanted().then(Welcome::default);
     }
 
+    /// The builds in the background, as text. Returns None when none runs.
+    pub(crate) fn exporting(&self) -> Option<String> {
+        self.export.summary()
+    }
+
     /// Where to write a picture of the 3D view. Returns None after the first call.
     pub(crate) const fn take_picture(&mut self) -> Option<PathBuf> {
         self.picture.take()
@@ -284,8 +289,10 @@ fn scales(ui: &mut Ui) {
 const PREVIEWS: [u32; 6] = [128, 256, 512, 1024, 2048, 4096];
 
 /// The status bar: the running node, the shown output, and the preview resolution.
-/// `drawing` is true while the viewport does not show the newest result yet.
-pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool) {
+/// `drawing` is true while the viewport does not show the newest result yet; `exporting` tells of the builds in the
+/// background. Returns true if that was clicked.
+pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool, exporting: Option<&str>) -> bool {
+    let mut asked = false;
     ui.horizontal(|ui| {
         let names = session.document().nodes().iter().map(|node| node.name.as_str());
         let states = names.map(|name| (name, session.info(name)));
@@ -317,6 +324,9 @@ pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool) {
             let nodes = if failed == 1 { "1 node failed".to_owned() } else { format!("{failed} nodes failed") };
             ui.colored_label(ui.visuals().error_fg_color, nodes);
         }
+        if let Some(exporting) = exporting {
+            asked = ui.link(exporting).on_hover_text("Show the builds").clicked();
+        }
         if let Some(detail) = session.detail() {
             ui.add(egui::Label::new(RichText::new(detail_text(session, detail)).weak()).truncate());
         }
@@ -333,6 +343,7 @@ pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool) {
             }
         });
     });
+    asked
 }
 
 /// The state of a close view, as text.

@@ -2,28 +2,25 @@
 
 mod command;
 mod job;
+mod queue;
+mod result;
 
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
 };
 
 use clap::ValueEnum as _;
-use egui::{Button, ComboBox, Context, Label, ProgressBar, RichText, TextEdit, Ui};
-use orograph_graph::bytes;
+use egui::{ComboBox, Context, Label, RichText, TextEdit, Ui};
 use orograph_nodes::raster::Format;
 
-use self::job::Job;
+use self::queue::Queue;
 use super::browser::{Browser, Outcome, Purpose};
 use crate::editor::Session;
 use crate::{
-    build::{
-        Built,
-        request::{Cells, Changes, Request},
-    },
+    build::request::{Cells, Changes, Request},
     export::{engine::Engine, mesh::MeshFormat, outputs::OutputOptions},
-    report::{failure::Failure, progress::seconds},
+    report::failure::Failure,
 };
 
 /// The export window.
@@ -36,12 +33,10 @@ pub(crate) struct Export {
     options: OutputOptions,
     /// The typed number of cells; empty for the file's own.
     cells: String,
-    job: Option<Job>,
+    queue: Queue,
     /// Why the export could not start.
     refused: Option<Failure>,
     browser: Option<Browser>,
-    /// True while the window scrolls down to the result, which may be below its end.
-    follows: bool,
 }
 
 impl Default for Export {
@@ -53,10 +48,9 @@ impl Default for Export {
             left_out: BTreeSet::new(),
             options,
             cells: String::new(),
-            job: None,
+            queue: Queue::default(),
             refused: None,
             browser: None,
-            follows: false,
         }
     }
 }
@@ -73,8 +67,14 @@ impl Export {
         self.open = true;
     }
 
-    /// Shows the window if it is open.
-    pub(crate) fn ui(&mut self, context: &Context, session: &Session) {
+    /// The running build and those that wait, as text. Returns None when none runs.
+    pub(crate) fn summary(&self) -> Option<String> {
+        self.queue.summary()
+    }
+
+    /// Runs the builds, and shows the window if it is open.
+    pub(crate) fn ui(&mut self, context: &Context, session: &mut Session) {
+        self.queue.poll(context, session, self.open);
         if !self.open {
             return;
         }
@@ -93,7 +93,9 @@ impl Export {
         let mut open = true;
         let window =
             egui::Window::new("Export").open(&mut open).collapsible(false).vscroll(true).resizable([true, false]);
-        let window = window.default_width(400.0_f32.min(room.x - 40.0)).max_height((room.y - 80.0).max(120.0));
+        let window = window.default_width(400.0_f32.min(room.x - 40.0));
+        let height = (room.y - 80.0 - 60.0_f32.min(room.y / 6.0)).max(120.0);
+        let window = window.default_height(height.min(520.0)).max_height(height);
         window.default_pos([(room.x - 420.0).max(10.0) / 2.0, 60.0_f32.min(room.y / 6.0)]).show(context, |ui| {
             self.contents(ui, session);
         });
@@ -101,22 +103,15 @@ impl Export {
     }
 
     fn contents(&mut self, ui: &mut Ui, session: &Session) {
-        let running = self.job.as_ref().is_some_and(|job| job.state().end.is_none());
-        ui.add_enabled_ui(!running, |ui| {
-            self.outputs(ui, session);
-            ui.separator();
-            self.settings(ui, session);
-        });
+        self.outputs(ui, session);
+        ui.separator();
+        self.settings(ui, session);
         ui.separator();
         ui.horizontal_wrapped(|ui| {
-            if running {
-                if let Some(job) = &self.job
-                    && ui.add_enabled(!job.is_cancelled(), Button::new("Stop")).clicked()
-                {
-                    job.cancel();
-                }
-            } else if ui.button(RichText::new("Export").strong()).clicked() {
-                self.begin(ui.ctx(), session);
+            let button = ui.button(RichText::new("Export").strong());
+            if button.on_hover_text("Builds run one after the other, in the background").clicked() {
+                self.begin(session);
+                ui.ctx().request_repaint();
             }
             let line = self.command_line(session);
             if ui.button("Copy the command line").on_hover_text(&line).clicked() {
@@ -128,9 +123,9 @@ impl Export {
             ui.add(Label::new(RichText::new(text).small().weak()).wrap());
         }
         if let Some(failure) = &self.refused {
-            show_failure(ui, failure);
+            result::failure(ui, failure);
         }
-        self.progress(ui);
+        self.queue.ui(ui);
     }
 
     fn outputs(&mut self, ui: &mut Ui, session: &Session) {
@@ -225,13 +220,13 @@ impl Export {
         if out.is_empty() { Vec::new() } else { kept }
     }
 
-    fn begin(&mut self, context: &Context, session: &Session) {
-        self.job = None;
-        match self.request(session).and_then(|request| {
-            let folder = PathBuf::from(self.folder.trim());
-            Job::start(session.evaluator(), request, folder, self.options.clone(), context)
-        }) {
-            Ok(job) => (self.job, self.refused, self.follows) = (Some(job), None, true),
+    /// Queues a build of the present state of the graph.
+    fn begin(&mut self, session: &Session) {
+        match self.request(session) {
+            Ok(request) => {
+                self.queue.add(session, request, PathBuf::from(self.folder.trim()), self.options.clone());
+                self.refused = None;
+            }
             Err(failure) => self.refused = Some(failure),
         }
     }
@@ -252,36 +247,6 @@ impl Export {
         let file = session.path().map_or_else(|| PathBuf::from("GRAPH.ron"), Path::to_owned);
         command::line(&file, Path::new(self.folder.trim()), &self.only(session), &self.options, self.cells.trim())
     }
-
-    fn progress(&mut self, ui: &mut Ui) {
-        let Some(job) = &self.job else { return };
-        let state = job.state();
-        ui.separator();
-        if self.follows && state.end.is_some() {
-            ui.scroll_to_cursor(Some(egui::Align::TOP));
-            self.follows = false;
-        }
-        match &state.end {
-            None => {
-                let node = state.node.as_ref().map_or("", |(node, _)| node.as_str());
-                let text = match (job.is_cancelled(), state.writing) {
-                    (true, _) => "Stopping".to_owned(),
-                    (_, true) => "Writing files".to_owned(),
-                    _ => format!("{} of {} nodes {node}", state.finished, state.planned),
-                };
-                ui.add(ProgressBar::new(state.fraction()).desired_height(8.0));
-                ui.add(Label::new(text).truncate());
-                if self.follows {
-                    ui.scroll_to_cursor(Some(egui::Align::BOTTOM));
-                }
-            }
-            Some(Ok(built)) => done(ui, built, &self.folder),
-            Some(Err(failure)) => show_failure(ui, failure),
-        }
-        for warning in &state.warnings {
-            ui.add(Label::new(RichText::new(warning).color(ui.visuals().warn_fg_color)).wrap());
-        }
-    }
 }
 
 /// A row of the settings.
@@ -294,62 +259,4 @@ fn row(ui: &mut Ui, name: &str, content: impl FnOnce(&mut Ui)) {
         });
         content(ui);
     });
-}
-
-/// The written files, their import settings, and a button to open the folder.
-fn done(ui: &mut Ui, built: &Built, folder: &str) {
-    let count = built.files.len();
-    let files = if count == 1 { "1 file".to_owned() } else { format!("{count} files") };
-    ui.horizontal(|ui| {
-        ui.label(RichText::new(format!("Wrote {files} in {}", seconds(built.time))).strong());
-        if ui.button("Open folder").clicked() {
-            open_folder(Path::new(folder.trim()));
-        }
-    });
-    if let Some(missed) = built.expected.missed() {
-        ui.add(Label::new(RichText::new(missed).color(ui.visuals().warn_fg_color)).wrap());
-    }
-    egui::Grid::new("files").num_columns(3).spacing([12.0, 2.0]).show(ui, |ui| {
-        for file in &built.files {
-            let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-            ui.label(name).on_hover_text(file.path.display().to_string());
-            ui.weak(file.what);
-            ui.weak(bytes(file.bytes));
-            ui.end_row();
-        }
-    });
-    for file in &built.files {
-        let Some(import) = &file.import else { continue };
-        ui.add_space(4.0);
-        let name = file.path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
-        ui.strong(format!("{name} in {}", import.engine.title()));
-        egui::Grid::new(("import", &file.path)).num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
-            for (name, value) in import.lines() {
-                ui.weak(name);
-                ui.add(Label::new(value).selectable(true));
-                ui.end_row();
-            }
-        });
-    }
-}
-
-fn show_failure(ui: &mut Ui, failure: &Failure) {
-    let colour = ui.visuals().error_fg_color;
-    ui.add(Label::new(RichText::new(&failure.message).color(colour)).wrap());
-    if let Some(hint) = &failure.hint {
-        ui.add(Label::new(RichText::new(hint).weak()).wrap());
-    }
-}
-
-/// Shows a folder in the system's file manager, if there is one.
-fn open_folder(folder: &Path) {
-    let program = match std::env::consts::OS {
-        "windows" => "explorer",
-        "macos" => "open",
-        _ => "xdg-open",
-    };
-    let command =
-        Command::new(program).arg(folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
-    // Without a file manager you can read the folder's path above.
-    drop(command);
 }
