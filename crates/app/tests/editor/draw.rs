@@ -207,3 +207,65 @@ fn a_path_is_drawn_in_an_empty_world() {
     settle(&mut window);
     picture(&mut window, "drawn_path");
 }
+
+/// The value of a number of a node.
+fn number(window: &Harness<'_, App>, node: &str, param: &str) -> f64 {
+    let graph = window.state().session().document().graph();
+    graph.instance(graph.find(node).expect("a node")).params.read::<f64>(param)
+}
+
+#[test]
+fn handles_have_names_and_radii_are_dragged() {
+    let (_folder, mut window) = opened(LAND, "hole");
+    // Screen readers, and this test, find the handles by their names.
+    assert!(window.query_by_label("point 1 of centre: x 250 m, y 250 m").is_some());
+    let rim = window.get_by_label("diameter: 150 m").rect().center();
+    let centre = window.get_by_label("point 1 of centre: x 250 m, y 250 m").rect().center();
+    assert!((rim.y - centre.y).abs() < 1.0 && rim.x > centre.x + 10.0, "the arm points east: {centre:?} {rim:?}");
+    let before = steps(&window);
+    drag(&mut window, rim, centre + 2.0 * (rim - centre));
+    let wider = number(&window, "hole", "diameter");
+    assert!((290.0..310.0).contains(&wider), "{wider}");
+    assert_eq!((steps(&window), point(&window, "hole")), (before + 1, [250.0, 250.0]));
+    settle(&mut window);
+    picture(&mut window, "arm_of_a_crater");
+    window.state_mut().session_mut().undo();
+    assert_eq!(number(&window, "hole", "diameter"), 150.0);
+    // The points of a path have names too.
+    window.state_mut().session_mut().select_only("road");
+    window.get_by_label("Draw").click();
+    window.run_steps(3);
+    for at in [pos2(400.0, 205.0), pos2(500.0, 225.0)] {
+        click(&mut window, at);
+    }
+    assert!(window.query_by_label_contains("point 2 of path: x ").is_some());
+    assert!(window.query_by_label_contains("middle of path, before point 2: x ").is_some());
+}
+
+#[test]
+fn an_azimuth_is_dragged_on_the_map_and_in_3d() {
+    let text = r#"(world: (size: "1 km", cells: 128), nodes: {
+        "slope": Gradient(centre: (500, 500), azimuth: 90, length: 400, to: 20) }, outputs: { "height": "slope" })"#;
+    let (_folder, mut window) = opened(text, "slope");
+    let end = window.get_by_label("length and azimuth: 400 m, 90°").rect().center();
+    let centre = window.get_by_label("point 1 of centre: x 500 m, y 500 m").rect().center();
+    // Straight to the south, with Ctrl to snap.
+    let south = centre + vec2(0.0, end.x - centre.x);
+    drag_with(&mut window, end, south, Modifiers::COMMAND);
+    let [azimuth, length] = ["azimuth", "length"].map(|param| number(&window, "slope", param));
+    assert!(azimuth == 180.0 && (380.0..=420.0).contains(&length), "{azimuth} {length}");
+    assert_eq!(steps(&window), 1);
+    settle(&mut window);
+    picture(&mut window, "arm_of_a_gradient");
+    if device::missing().is_some() {
+        return;
+    }
+    window.get_by_label("3D").click();
+    settle(&mut window);
+    picture(&mut window, "arm_in_3d");
+    let end = window.get_by_label_contains("length and azimuth: ").rect().center();
+    drag(&mut window, end, end + vec2(60.0, 0.0));
+    let turned = number(&window, "slope", "azimuth");
+    assert!(turned != 180.0, "{turned}");
+    assert_eq!(steps(&window), 2);
+}

@@ -1,9 +1,9 @@
 //! The handles of shapes on the screen.
 
-use egui::{Align2, Color32, Painter, Pos2, Response, Stroke, vec2};
+use egui::{Align2, Color32, Id, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, WidgetInfo, WidgetType, vec2};
 use orograph_graph::Unit;
 
-use super::shape::Shape;
+use super::{arm::Arm, shape::Shape};
 use crate::editor::viewport::map::label;
 
 /// Distance at which the pointer takes hold of a handle, in points of the screen.
@@ -12,6 +12,9 @@ const NEAR: f32 = 10.0;
 const APART: [f32; 2] = [7.0, 44.0];
 /// Pieces of a segment, so that it follows the terrain, and of a whole line.
 const PIECES: [usize; 2] = [24, 2000];
+
+/// The largest number of handles that accessibility tools are told of.
+const TOLD: usize = 256;
 
 const LINE: Color32 = Color32::from_rgb(255, 214, 64);
 const FILL: Color32 = Color32::from_rgb(30, 34, 38);
@@ -40,7 +43,7 @@ impl Projection<'_> {
     }
 }
 
-/// A handle.
+/// A handle; an arm has no parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Grip {
     pub(super) param: &'static str,
@@ -48,6 +51,29 @@ pub(super) struct Grip {
     /// an outline.
     pub(super) point: usize,
     pub(super) is_middle: bool,
+}
+
+impl Grip {
+    /// The handle of an arm, by its position among those of the node.
+    pub(super) const fn arm(at: usize) -> Self {
+        Self { param: "", point: at, is_middle: false }
+    }
+
+    /// The arm that it belongs to. Returns None for the points of shapes.
+    pub(super) fn as_arm(&self) -> Option<usize> {
+        self.param.is_empty().then_some(self.point)
+    }
+}
+
+/// What is drawn: shapes, except one that new points replace, and arms.
+pub(super) struct Drawn<'a> {
+    pub(super) shapes: &'a [Shape],
+    /// The parameter of the shape that is replaced, and the new points.
+    pub(super) fresh: (Option<&'a str>, &'a [[f64; 2]]),
+    pub(super) arms: &'a [Arm],
+    /// The picked and the held handle.
+    pub(super) picked: Option<&'a Grip>,
+    pub(super) held: Option<&'a Grip>,
 }
 
 /// The handles that were drawn last.
@@ -73,19 +99,20 @@ impl Handles {
         self.drawn.iter().find(|(drawn, ..)| drawn == grip).map(|(.., place)| *place)
     }
 
-    /// Draws shapes with their handles, except the one that `fresh` points replace. The picked and the held point are
-    /// highlighted, and the held one shows its position.
+    /// Draws shapes and arms with their handles. The picked and the held one are highlighted, and the held one shows
+    /// its values.
     pub(super) fn draw(
         &mut self,
         (painter, response): (&Painter, &Response),
         projection: &Projection<'_>,
-        shapes: &[Shape],
-        (hidden, fresh): (Option<&str>, &[[f64; 2]]),
-        (picked, held): (Option<&Grip>, Option<usize>),
+        Drawn { shapes, fresh: (hidden, fresh), arms, picked, held }: &Drawn<'_>,
     ) {
         self.drawn.clear();
         let pointer = response.hover_pos();
-        for shape in shapes.iter().filter(|shape| Some(shape.param) != hidden) {
+        for (at, arm) in arms.iter().enumerate() {
+            self.arm(painter, projection, at, arm);
+        }
+        for shape in shapes.iter().filter(|shape| Some(shape.param) != *hidden) {
             self.shape(painter, projection, shape);
         }
         line(painter, projection, fresh, false);
@@ -98,12 +125,42 @@ impl Handles {
                 painter.circle(*at, 3.0, LINE.gamma_multiply(0.8), Stroke::new(1.0, FILL));
                 continue;
             }
-            let is_picked = picked == Some(grip);
+            let is_picked = [picked, held].contains(&&Some(grip));
             point(painter, *at, is_picked || hot.as_ref() == Some(grip));
-            if is_picked && held == Some(grip.point) {
+            if *held == Some(grip) {
+                let arm = grip.as_arm().and_then(|arm| arms.get(arm));
                 let [x, y] = place.map(|metres| Unit::Metres.display(metres));
-                label(painter, *at + vec2(12.0, -12.0), Align2::LEFT_BOTTOM, &format!("x {x}  y {y}"));
+                let text = arm.map_or_else(|| format!("x {x}  y {y}"), |arm| format!("{} {}", arm.name(), arm.text()));
+                label(painter, *at + vec2(12.0, -12.0), Align2::LEFT_BOTTOM, &text);
             }
+        }
+    }
+
+    /// Exposes the handles to accessibility tools and to the tests.
+    pub(super) fn tell(&self, ui: &Ui, Drawn { arms, .. }: &Drawn<'_>) {
+        for (grip, at, place) in self.drawn.iter().take(TOLD) {
+            let id = Id::new("handle").with((grip.param, grip.point, grip.is_middle));
+            let response = ui.interact(Rect::from_center_size(*at, Vec2::splat(10.0)), id, Sense::hover());
+            let [x, y] = place.map(|metres| Unit::Metres.display(metres));
+            let name = grip.param.replace('_', " ");
+            let text = match grip.as_arm().and_then(|arm| arms.get(arm)) {
+                Some(arm) => format!("{}: {}", arm.name(), arm.text()),
+                None if grip.is_middle => format!("middle of {name}, before point {}: x {x}, y {y}", grip.point + 1),
+                None => format!("point {} of {name}: x {x}, y {y}", grip.point + 1),
+            };
+            response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, &text));
+        }
+    }
+
+    fn arm(&mut self, painter: &Painter, projection: &Projection<'_>, at: usize, arm: &Arm) {
+        let end = arm.end(projection);
+        line(painter, projection, &[arm.centre, end], false);
+        if arm.is_circle() {
+            line(painter, projection, &arm.circle(projection), true);
+        }
+        let clip = painter.clip_rect().expand(NEAR);
+        if let Some(place) = (projection.to_screen)(end).filter(|at| clip.contains(*at)) {
+            self.drawn.push((Grip::arm(at), place, end));
         }
     }
 

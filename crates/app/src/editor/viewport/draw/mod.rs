@@ -3,6 +3,7 @@
 //! The handles of any node whose parameters are declared as such are shown and can be dragged; no node type is named
 //! here. With the drawing tool, clicks add points. Each drag and each added point is one undo step.
 
+mod arm;
 mod handles;
 mod shape;
 
@@ -11,7 +12,8 @@ use orograph_graph::Edit;
 
 pub(super) use self::handles::Projection;
 use self::{
-    handles::{Grip, Handles},
+    arm::Arm,
+    handles::{Drawn, Grip, Handles},
     shape::Shape,
 };
 use super::{insert, scale};
@@ -25,6 +27,8 @@ const STILL: f32 = 3.0;
 pub(super) struct Draw {
     handles: Handles,
     held: Option<Held>,
+    /// The arm that is being dragged, by its position among those of the node.
+    turned: Option<(usize, Turned)>,
     /// The point that the Delete key removes.
     picked: Option<(String, Grip)>,
     /// The parameter that new points go to, if it is not the first one.
@@ -48,6 +52,18 @@ struct Held {
     moved: bool,
 }
 
+/// An arm that is being dragged.
+#[derive(Debug)]
+struct Turned {
+    /// The arm without the drag.
+    arm: Arm,
+    /// Where the button was pressed, and from there to its end, in metres.
+    from: Pos2,
+    offset: [f64; 2],
+    /// True once the pointer has left the place where the button was pressed.
+    moved: bool,
+}
+
 /// A change of the pointer.
 enum Touch {
     Press(Pos2),
@@ -64,8 +80,13 @@ impl Draw {
             let free = !input.pointer.any_down();
             (free && input.pointer.hover_pos().is_some_and(over), input.events.iter().any(pressed))
         });
-        self.hot = self.held.is_some() || hovers || presses;
+        self.hot = self.is_held() || hovers || presses;
         self.hot
+    }
+
+    /// Returns true while a handle is held.
+    const fn is_held(&self) -> bool {
+        self.held.is_some() || self.turned.is_some()
     }
 
     /// Forgets what is being drawn.
@@ -130,7 +151,7 @@ impl Draw {
                 Touch::Move(at) => self.drag(at, ui, projection, session),
                 Touch::Release(at) => {
                     let edits = self.drag(at, ui, projection, session);
-                    self.held = None;
+                    (self.held, self.turned) = (None, None);
                     session.end_gesture();
                     edits
                 }
@@ -147,17 +168,21 @@ impl Draw {
         if self.hot && response.hovered() {
             response.clone().on_hover_cursor(CursorIcon::Grab);
         }
-        let held = self.held.as_ref().map(|held| held.point);
         let picked = self.picked.as_ref().map(|(_, grip)| grip);
+        let arm = self.turned.as_ref().map(|(at, _)| Grip::arm(*at));
+        let held = self.held.as_ref().and(picked).or(arm.as_ref());
         let hidden = self.fresh.as_ref().and_then(|_| self.target(&shapes)).map(|shape| shape.param);
-        let fresh = self.fresh.as_deref().unwrap_or_default();
-        self.handles.draw((painter, response), projection, &shapes, (hidden, fresh), (picked, held));
+        let fresh = (hidden, self.fresh.as_deref().unwrap_or_default());
+        let arms = Arm::of_selection(session);
+        let drawn = Drawn { shapes: &shapes, fresh, arms: &arms, picked, held };
+        self.handles.draw((painter, response), projection, &drawn);
+        self.handles.tell(ui, &drawn);
         ended
     }
 
     /// What the pointer did since the last frame, if it is this widget's. One frame can have several events.
     fn touches(&self, ui: &Ui, response: &Response) -> Vec<Touch> {
-        let mut held = self.held.is_some();
+        let mut held = self.is_held();
         if !(held || response.is_pointer_button_down_on() || response.drag_stopped() || response.clicked()) {
             return Vec::new();
         }
@@ -189,6 +214,12 @@ impl Draw {
         let Some(place) = projection.to_world(at) else { return false };
         let offset = |to: [f64; 2]| [0, 1].map(|axis| to[axis] - place[axis]);
         if let Some(grip) = self.handles.near(at) {
+            if let Some(index) = grip.as_arm() {
+                let arm = Arm::of_selection(session).into_iter().nth(index);
+                let end = self.handles.place(&grip).unwrap_or(place);
+                self.turned = arm.map(|arm| (index, Turned { arm, from: at, offset: offset(end), moved: false }));
+                return false;
+            }
             let Some(shape) = shapes.iter().find(|shape| shape.param == grip.param) else { return false };
             let (shape, to) = if grip.is_middle {
                 let to = self.handles.place(&grip).unwrap_or(place);
@@ -248,11 +279,18 @@ impl Draw {
 
     /// Moves the held point to the pointer. Returns true if the document has changed.
     fn drag(&mut self, at: Pos2, ui: &Ui, projection: &Projection<'_>, session: &mut Session) -> bool {
+        let modifiers = ui.input(|input| input.modifiers);
+        if let Some((_, turned)) = &mut self.turned {
+            turned.moved |= turned.from.distance(at) > STILL;
+            let Some(place) = projection.to_world(at).filter(|_| turned.moved) else { return false };
+            let place = [0, 1].map(|axis| place[axis] + turned.offset[axis]);
+            return session.gesture(&turned.arm.moved(place, modifiers.command, projection).edit());
+        }
         let Some(held) = &mut self.held else { return false };
         held.moved |= held.from.distance(at) > STILL;
         let Some(place) = projection.to_world(at).filter(|_| held.moved) else { return false };
         let place = [0, 1].map(|axis| place[axis] + held.offset[axis]);
-        let place = snapped(ui.input(|input| input.modifiers), place, projection, session);
+        let place = snapped(modifiers, place, projection, session);
         match (&held.shape, &mut self.fresh) {
             (Some(shape), _) => session.gesture(&edit(&shape.moved(held.point, place))),
             (None, Some(fresh)) => {
@@ -267,7 +305,7 @@ impl Draw {
 
     /// Delete removes the picked point, Escape ends the drawing. Returns true if it has ended.
     fn keys(&mut self, ui: &Ui, response: &Response, shapes: &[Shape], session: &mut Session, drawing: bool) -> bool {
-        if !response.contains_pointer() || ui.ctx().text_edit_focused() || self.held.is_some() {
+        if !response.contains_pointer() || ui.ctx().text_edit_focused() || self.is_held() {
             return false;
         }
         let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));

@@ -1,0 +1,242 @@
+//! Handles of sizes and directions: an arm from the centre of the selected node, such as the radius of a crater or the
+//! azimuth of a gradient.
+//!
+//! An arm belongs to a position named `centre`. Its length is a parameter in metres named `radius`, `diameter`, `length`
+//! or `size`; its direction is one named `azimuth`, clockwise from north. No node type is named here.
+
+use orograph_graph::{Edit, Instance, Kind, ParamSpec, ParamValue, Unit};
+
+use super::Projection;
+use crate::editor::{Session, viewport::scale};
+
+/// The lengths, each with the share of it that an arm has.
+const LENGTHS: [(&str, f64); 3] = [("radius", 1.0), ("diameter", 0.5), ("length", 1.0)];
+/// The length on the screen of an arm that is a direction only, in points.
+const DIRECTION: f64 = 70.0;
+/// The direction of an arm without an azimuth: east.
+const EAST: f64 = 90.0;
+/// Steps of an azimuth in degrees; the second one with Ctrl.
+const TURNS: [f64; 2] = [0.5, 15.0];
+
+/// The length of an arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Length {
+    param: &'static str,
+    /// The component of a pair.
+    axis: Option<usize>,
+    /// The share of the value that the arm has.
+    share: f64,
+    value: f64,
+    hard: [f64; 2],
+}
+
+/// An arm of the selected node.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Arm {
+    node: String,
+    pub(super) centre: [f64; 2],
+    length: Option<Length>,
+    /// The direction in degrees, clockwise from north.
+    direction: f64,
+    /// True if dragging sets the azimuth.
+    turns: bool,
+    /// The pair that the length belongs to.
+    pair: [f64; 2],
+}
+
+impl Arm {
+    /// The arms of the selected node that have an effect with its settings.
+    pub(super) fn of_selection(session: &Session) -> Vec<Self> {
+        let graph = session.document().graph();
+        let instance = session.selected().and_then(|node| Some(graph.instance(graph.find(node).ok()?)));
+        instance.and_then(Self::of_node).unwrap_or_default()
+    }
+
+    fn of_node(instance: &Instance) -> Option<Vec<Self>> {
+        let specs = instance.node.specs();
+        let find = |name: &str| -> Option<(&ParamSpec, &ParamValue)> {
+            let spec = specs.iter().find(|spec| spec.name == name && spec.idle(&instance.params).is_none())?;
+            Some((spec, instance.params.get(name)?))
+        };
+        let centre = match find("centre")? {
+            (ParamSpec { kind: Kind::Point { place: true, .. }, .. }, ParamValue::Point(at)) => *at,
+            _ => return None,
+        };
+        let azimuth = match find("azimuth") {
+            Some((ParamSpec { unit: Unit::Degrees, .. }, ParamValue::Float(azimuth))) => Some(*azimuth),
+            _ => None,
+        };
+        let arm = |length: Option<Length>, direction: f64, turns: bool, pair: [f64; 2]| Self {
+            node: instance.name.clone(),
+            centre,
+            length,
+            direction,
+            turns,
+            pair,
+        };
+        let mut arms = Vec::new();
+        for (name, share) in LENGTHS {
+            if let Some((spec, ParamValue::Float(value))) = find(name)
+                && let Kind::Float { hard, .. } = spec.kind
+                && spec.unit == Unit::Metres
+            {
+                // A length with a direction lies half on each side of the centre.
+                let share = if azimuth.is_some() { 0.5 } else { share };
+                let length = Length { param: spec.name, axis: None, share, value: *value, hard };
+                arms.push(arm(Some(length), azimuth.unwrap_or(EAST), azimuth.is_some(), [0.0; 2]));
+            }
+        }
+        if let Some((spec, ParamValue::Point(size))) = find("size")
+            && let Kind::Point { place: false, hard, .. } = spec.kind
+            && spec.unit == Unit::Metres
+        {
+            // The second component lies along the azimuth, the first one across it.
+            for (axis, turn) in [(1, 0.0), (0, EAST)] {
+                let length = Length { param: spec.name, axis: Some(axis), share: 0.5, value: size[axis], hard };
+                let direction = azimuth.unwrap_or_default() + turn;
+                arms.push(arm(Some(length), direction, azimuth.is_some() && axis == 1, *size));
+            }
+        }
+        if arms.is_empty()
+            && let Some(azimuth) = azimuth
+        {
+            arms.push(arm(None, azimuth, true, [0.0; 2]));
+        }
+        Some(arms)
+    }
+
+    /// The name of its parameters.
+    pub(super) fn name(&self) -> String {
+        let length = self.length.map(|length| match length.axis {
+            Some(axis) => ["width", "length"][axis].to_owned(),
+            None => length.param.to_owned(),
+        });
+        let azimuth = self.turns.then(|| "azimuth".to_owned());
+        length.into_iter().chain(azimuth).collect::<Vec<_>>().join(" and ")
+    }
+
+    /// Its values as text.
+    pub(super) fn text(&self) -> String {
+        let length = self.length.map(|length| Unit::Metres.display(length.value));
+        let azimuth = self.turns.then(|| Unit::Degrees.display(self.direction));
+        length.into_iter().chain(azimuth).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Returns true if it is the radius of a circle.
+    pub(super) fn is_circle(&self) -> bool {
+        !self.turns && self.length.is_some_and(|length| length.axis.is_none())
+    }
+
+    /// Its length in metres.
+    fn metres(&self, projection: &Projection<'_>) -> f64 {
+        self.length.map_or(DIRECTION * projection.metres, |length| length.share * length.value)
+    }
+
+    /// The position of its end.
+    pub(super) fn end(&self, projection: &Projection<'_>) -> [f64; 2] {
+        self.at(self.metres(projection), self.direction)
+    }
+
+    /// The circle around the centre through its end.
+    pub(super) fn circle(&self, projection: &Projection<'_>) -> Vec<[f64; 2]> {
+        let metres = self.metres(projection);
+        (0..48).map(|step| self.at(metres, f64::from(step) * 7.5)).collect()
+    }
+
+    /// The position at a distance in a direction.
+    fn at(&self, metres: f64, degrees: f64) -> [f64; 2] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        [self.centre[0] + metres * sin, self.centre[1] - metres * cos]
+    }
+
+    /// The arm with its end at a position. With Ctrl, the length snaps to round numbers and the azimuth to 15°.
+    pub(super) fn moved(&self, to: [f64; 2], snaps: bool, projection: &Projection<'_>) -> Self {
+        let [east, south] = [0, 1].map(|axis| to[axis] - self.centre[axis]);
+        let mut moved = self.clone();
+        let mut metres = (east * east + south * south).sqrt();
+        if self.turns && metres > 0.0 {
+            let step = TURNS[usize::from(snaps)];
+            moved.direction = ((east.atan2(-south).to_degrees() / step).round() * step).rem_euclid(360.0);
+        } else if self.length.is_some_and(|length| length.axis.is_some()) {
+            let (sin, cos) = self.direction.to_radians().sin_cos();
+            metres = (east * sin - south * cos).abs();
+        }
+        if let Some(length) = &mut moved.length {
+            let value = metres / length.share;
+            let value = if snaps {
+                let grid_m = scale::round_below(24.0 * projection.metres);
+                (value / grid_m).round() * grid_m
+            } else {
+                projection.rounded([value, 0.0])[0]
+            };
+            length.value = value.clamp(length.hard[0], length.hard[1]);
+            if let Some(axis) = length.axis {
+                moved.pair[axis] = length.value;
+            }
+        }
+        moved
+    }
+
+    /// The edit that writes it.
+    pub(super) fn edit(&self) -> Edit {
+        let set = |param: &str, value| Edit::SetParam { node: self.node.clone(), param: param.to_owned(), value };
+        let length = self.length.map(|length| {
+            let value = length.axis.map_or(ParamValue::Float(length.value), |_| ParamValue::Point(self.pair));
+            set(length.param, value)
+        });
+        let azimuth = self.turns.then(|| set("azimuth", ParamValue::Float(self.direction)));
+        Edit::All(length.into_iter().chain(azimuth).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::Document;
+
+    use super::*;
+
+    fn arms(text: &str) -> Vec<Arm> {
+        let document = Document::parse(format!("(nodes: {{ \"a\": {text} }})"), &orograph_nodes::registry());
+        let graph = document.graph();
+        Arm::of_node(graph.instance(graph.find("a").expect("a node"))).unwrap_or_default()
+    }
+
+    fn projection() -> Projection<'static> {
+        Projection { to_screen: &|_| None, to_world: &|_| None, metres: 1.0 }
+    }
+
+    #[test]
+    fn an_arm_ends_where_its_values_say() {
+        let view = projection();
+        let [crater] = &arms("Crater(version: 2, pattern: one, centre: (100, 200), diameter: 80)")[..] else {
+            panic!("one arm")
+        };
+        assert!(crater.is_circle());
+        let [x, y] = crater.end(&view);
+        assert!((x - 140.0).abs() < 1e-9 && (y - 200.0).abs() < 1e-9);
+        let wider = crater.moved([100.0, 260.0], false, &view);
+        assert_eq!((wider.name().as_str(), wider.text().as_str()), ("diameter", "120 m"));
+        let [linear] = &arms("Gradient(centre: (100, 200), azimuth: 90, length: 60)")[..] else { panic!("one arm") };
+        assert_eq!(linear.end(&view).map(f64::round), [130.0, 200.0]);
+        let turned = linear.moved([100.0, 150.0], false, &view);
+        assert_eq!(turned.text(), "100 m, 0°");
+        assert_eq!(turned.end(&view).map(f64::round), [100.0, 150.0]);
+        // In south and west, and snapped.
+        assert_eq!(linear.moved([60.0, 238.0], true, &view).text(), "120 m, 225°");
+    }
+
+    #[test]
+    fn a_figure_has_two_arms_and_a_direction_one() {
+        let view = projection();
+        let [along, across] = &arms("Shape(figure: ellipse, centre: (0, 0), size: (40, 100), azimuth: 90)")[..] else {
+            panic!("two arms")
+        };
+        assert_eq!((along.end(&view).map(f64::round), across.end(&view).map(f64::round)), ([50.0, 0.0], [0.0, 20.0]));
+        let wider = across.moved([300.0, 35.0], false, &view);
+        assert_eq!((wider.text().as_str(), wider.pair), ("70 m", [70.0, 100.0]));
+        let [turn] = &arms("Gradient(form: angular, centre: (0, 0), azimuth: 0)")[..] else { panic!("one arm") };
+        assert_eq!((turn.name().as_str(), turn.end(&view)), ("azimuth", [0.0, -70.0]));
+        assert_eq!(arms("Ridged()"), []);
+        assert_eq!(arms("Island(form: edges)"), []);
+    }
+}
