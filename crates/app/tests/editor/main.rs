@@ -24,6 +24,7 @@ mod looks;
 mod menu;
 mod opening;
 mod problems;
+mod random;
 mod reuse;
 mod safety;
 mod slow;
