@@ -65,7 +65,9 @@ pub static NODE: Node = Node {
     reads_sea: true,
     scratch: Scratch::Bytes(|sizing| {
         let [columns, rows] = Params::read(sizing.params).cells(&sizing.window);
-        BYTES * columns.saturating_mul(rows).min(MOST)
+        let cells = sizing.window.len() as u64;
+        // the search is over before the mask is drawn
+        (BYTES * columns.saturating_mul(rows).min(MOST)).saturating_sub(4 * cells).max(cells / 2)
     }),
     cpu: run,
     resolution: Resolution::Cells("one of two ways of nearly the same cost is taken, and a way is as narrow as cells"),
@@ -74,7 +76,7 @@ pub static NODE: Node = Node {
 };
 
 /// Bytes for a cell of the search: heights, factors, costs, strides and the queue.
-const BYTES: u64 = 40;
+const BYTES: u64 = 41;
 /// Half of the cost of turning back, in lengths over which bends are rounded.
 const TURN: f64 = 2.0;
 /// Maximum number of cells of the search.
@@ -166,7 +168,7 @@ impl Params {
         }
         let vertex = |at: [f64; 2]| Vertex { position_m: inside(at), width_m: self.width, ..Vertex::default() };
         let vertices: Vec<Vertex> = points.into_iter().map(vertex).collect();
-        Ok((vertices.len() > 1).then(|| Line { order: 1, downstream: None, vertices }))
+        Ok((vertices.len() > 1).then_some(Line { order: 1, downstream: None, vertices }))
     }
 
     /// Points half a cell apart along a way whose bends are rounded. Its ends stay.
