@@ -1,4 +1,4 @@
-//! Graph files made from a selection, and their nodes back in place of the `Subgraph`.
+//! Graph files made from a selection, and the `Subgraph` replaced by their nodes.
 
 use egui::{Key, Modifiers};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -27,7 +27,7 @@ const HILLS: &str = "(
 )
 ";
 
-/// All outputs of the document, computed anew.
+/// All outputs of the document, computed again.
 fn outputs(window: &Harness<'_, App>) -> Vec<(String, Value)> {
     let (document, expanded) = (document(window), document(window).expand());
     let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("it has threads");

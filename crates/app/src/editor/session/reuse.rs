@@ -1,4 +1,4 @@
-//! Graph files made from selected nodes, and their nodes back in place of a `Subgraph`.
+//! Graph files made from selected nodes, and a `Subgraph` replaced by the nodes of its file.
 
 use std::{collections::BTreeMap, path::Path};
 

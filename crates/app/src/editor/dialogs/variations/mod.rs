@@ -175,16 +175,16 @@ impl Variations {
         if let Some(pictures) = &mut self.pictures {
             pictures.take(context);
         }
-        let (mut kept, mut anew) = (None, false);
+        let (mut kept, mut rebuild) = (None, false);
         let modal = theme::modal(context, Id::new("variations")).show(context, |ui| {
             let room = ui.ctx().content_rect().size();
             ui.heading("Variations");
             ui.horizontal(|ui| {
-                anew |= ui.selectable_value(&mut self.by_parameters, false, "Seeds").changed();
+                rebuild |= ui.selectable_value(&mut self.by_parameters, false, "Seeds").changed();
                 ui.add_enabled_ui(self.plane.is_some(), |ui| {
                     let response = ui.selectable_value(&mut self.by_parameters, true, "Two parameters");
                     let response = response.on_disabled_hover_text("The output depends on fewer than two numbers");
-                    anew |= response.changed();
+                    rebuild |= response.changed();
                 });
             });
             let plane = self.plane.as_mut().filter(|_| self.by_parameters);
@@ -197,7 +197,7 @@ impl Variations {
             let text = format!("{} with {what}; click one to keep it.", self.port);
             ui.add(Label::new(RichText::new(text).weak()).wrap());
             if let Some(plane) = plane {
-                anew |= plane.ui(ui);
+                rebuild |= plane.ui(ui);
             }
             egui::ScrollArea::vertical().max_height((room.y - 150.0).max(80.0)).show(ui, |ui| {
                 kept = self.grid(ui, room);
@@ -207,7 +207,7 @@ impl Variations {
                     let last = self.seeds.last().copied().unwrap_or_default();
                     let others = (1..self.seeds.len() as u32).map(|at| last.wrapping_add(at));
                     self.seeds = std::iter::once(self.seeds[0]).chain(others).collect();
-                    anew = true;
+                    rebuild = true;
                 }
                 if ui.button("Cancel").clicked() {
                     ui.close();
@@ -218,7 +218,7 @@ impl Variations {
             session.apply(&edit);
             return false;
         }
-        if anew {
+        if rebuild {
             self.build(context, session);
         }
         !modal.should_close()

@@ -13,7 +13,7 @@ const APART: [f32; 2] = [7.0, 44.0];
 /// Pieces of a segment, so that it follows the terrain, and of a whole line.
 const PIECES: [usize; 2] = [24, 2000];
 
-/// The largest number of handles that accessibility tools are told of.
+/// The largest number of handles that are exposed to accessibility tools.
 const TOLD: usize = 256;
 
 const LINE: Color32 = Color32::from_rgb(255, 214, 64);
