@@ -105,7 +105,7 @@ fn document(name: &str) -> Result<Document, Box<dyn Error>> {
         _ => return Ok(Document::load(graphs.join(format!("{name}.ron")), &registry())?),
     };
     let text = format!(
-        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: 5, height: \"base\", uplift: 0.001) }}, \
+        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: 6, height: \"base\", uplift: 0.001) }}, \
          outputs: {{ \"height\": \"rivers\" }})"
     );
     Ok(Document::parse_in(text, graphs, &registry()))

@@ -26,6 +26,7 @@ pub struct Area<'a> {
     /// m² of a cell that counts once.
     cell_m2: f64,
     critical_m2: f64,
+    headwater_m2: f64,
     /// A₀ᵐ, which the law adds to Aᵐ.
     headwater: f64,
     m: f64,
@@ -67,6 +68,7 @@ impl<'a> Area<'a> {
             drained,
             cell_m2,
             critical_m2,
+            headwater_m2: heads.headwater_m2,
             headwater,
             m,
             widened,
@@ -144,6 +146,12 @@ impl<'a> Area<'a> {
         par::change_at(spread, |cell, mean| *mean += newest * (now(cell) - *mean));
     }
 
+    /// A₀ in m².
+    #[must_use]
+    pub const fn headwater_m2(&self) -> f64 {
+        self.headwater_m2
+    }
+
     /// Areas in m² that cut in the place of smaller ones, 0 at first.
     pub fn widened(&mut self) -> &mut [f32] {
         self.widened.clear();
@@ -162,15 +170,12 @@ impl<'a> Area<'a> {
         if let Some(&widened) = self.widened.get(cell)
             && f64::from(widened) > self.m2(cell)
         {
-            return self.compute(law, f64::from(widened) / self.cell_m2);
+            return self.between(law, f64::from(widened) / self.cell_m2);
         }
         if let Some(&mean) = self.spread.get(cell)
             && mean < self.spread_below
         {
-            let mean = f64::from(mean);
-            let whole = mean as usize;
-            let [low, high] = [self.powers[whole], self.powers[whole + 1]];
-            return low + (high - low) * (mean - whole as f64);
+            return self.between(law, f64::from(mean));
         }
         match &self.drained {
             Drained::Cells(cells) => {
@@ -188,6 +193,16 @@ impl<'a> Area<'a> {
             return self.headwater;
         }
         math::pow(self.critical_m2.max(0.5 * self.cell_m2), self.m)
+    }
+
+    /// The factor of a number of cells that need not be whole, interpolated where those of whole ones are at hand.
+    #[inline(always)]
+    fn between(&self, law: &Law, drained: f64) -> f64 {
+        let whole = drained as usize;
+        match self.powers.get(whole..whole + 2) {
+            Some(&[low, high]) => low + (high - low) * (drained - whole as f64),
+            _ => self.compute(law, drained),
+        }
     }
 
     fn compute(&self, law: &Law, drained: f64) -> f64 {

@@ -16,6 +16,7 @@ use super::{
     area::{Area, Heads, Scheme},
     bedrock::Bedrock,
     deposition::Transport,
+    ground::Ground,
     incision::Law,
     inland,
     links::Links,
@@ -52,6 +53,7 @@ pub struct Land<'a> {
     /// Years that have passed.
     time_yr: f64,
     rock: Rock<'a>,
+    ground: Ground,
     /// Layers of rock, where there are any.
     bedrock: Option<Bedrock<'a>>,
     steepest: Steepest,
@@ -215,6 +217,7 @@ impl<'a> Land<'a> {
             tectonics: Tectonics::new(&inputs, params),
             time_yr: 0.0,
             rock,
+            ground: Ground::new(job, params)?,
             bedrock,
             steepest,
             hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope)
@@ -334,15 +337,22 @@ impl<'a> Land<'a> {
         }
     }
 
-    /// Lets slopes give way that are steeper than repose.
+    /// Lets slopes give way that are steeper than repose, on rough ground in the direction of the last routing.
     fn slide(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
-        match &self.steepest {
-            Steepest::Everywhere(f64::INFINITY) => Ok(()),
-            Steepest::Everywhere(slope) => slides::settle(job, &self.grid, &mut self.heights, self.cell_m, |_| *slope),
-            Steepest::Each(slopes) => {
-                slides::settle(job, &self.grid, &mut self.heights, self.cell_m, |cell| f64::from(slopes[cell]))
-            }
+        if matches!(self.steepest, Steepest::Everywhere(f64::INFINITY)) {
+            return Ok(());
         }
+        let mut heights = std::mem::take(&mut self.heights);
+        let (grid, cell_m, steepest) = (&self.grid, self.cell_m, &self.steepest);
+        let slid = if self.ground.is_even() {
+            slides::settle(job, grid, &mut heights, cell_m, |cell| steepest.at(cell))
+        } else {
+            let links = self.links(0.0);
+            let limit = |cell: usize| steepest.at(cell) * links.steeper(cell, self.codes[cell]);
+            slides::settle(job, grid, &mut heights, cell_m, limit)
+        };
+        self.heights = heights;
+        slid
     }
 
     /// Lets the land between rivers creep. What comes to rivers and leaves the world is added to `lost`.
@@ -397,7 +407,7 @@ impl<'a> Land<'a> {
 
     fn links(&self, step_yr: f64) -> Links<'_> {
         let links = Links::new(&self.law, &self.rock, &self.area, &self.tangents, self.cell_m, step_yr, self.n);
-        links.in_layers(self.bedrock.as_ref().map(|bedrock| &bedrock.weakness[..]))
+        links.in_layers(self.bedrock.as_ref().map(|bedrock| &bedrock.weakness[..])).on_ground(&self.ground, &self.grid)
     }
 
     /// Solves the law over a step, receivers first.

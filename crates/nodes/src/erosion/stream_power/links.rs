@@ -1,9 +1,9 @@
 //! What the law needs to know of the link from a cell to its receiver.
 
-use super::{area::Area, incision::Law, rock::Rock};
+use super::{area::Area, ground::Ground, incision::Law, rock::Rock};
 use crate::numerics::{
     math,
-    routing::{code, receivers},
+    routing::{Grid, code, receivers},
 };
 
 /// The links of one step.
@@ -20,6 +20,8 @@ pub struct Links<'a> {
     everywhere: Option<[[f64; 256]; 2]>,
     /// One over the hardness of the layer at the surface, where rock is layered.
     weakness: Option<&'a [f32]>,
+    /// Where slopes are rough: the ground and the cells that it lies on.
+    rough: Option<(&'a Ground, &'a Grid)>,
 }
 
 impl<'a> Links<'a> {
@@ -40,7 +42,7 @@ impl<'a> Links<'a> {
         });
         let bases = lengths_m.map(|row| row.map(|length_m| step_yr / math::pow(length_m, n)));
         let everywhere = rock.everywhere().map(|k| bases.map(|row| row.map(|base| law.coefficient(k * base))));
-        Self { law, rock, area, tangents, lengths_m, bases, everywhere, weakness: None }
+        Self { law, rock, area, tangents, lengths_m, bases, everywhere, weakness: None, rough: None }
     }
 
     /// The same links in layers of rock.
@@ -49,15 +51,42 @@ impl<'a> Links<'a> {
         Self { weakness, ..self }
     }
 
-    /// The coefficient C = K Aᵐ Δt / dⁿ of a cell's link, as [`Law::left`] takes it, and the link's length d in metres.
+    /// The same links on rough ground.
+    #[must_use]
+    pub fn on_ground(self, ground: &'a Ground, grid: &'a Grid) -> Self {
+        Self { rough: (!ground.is_even()).then_some((ground, grid)), ..self }
+    }
+
+    /// How much steeper the ground makes the way of a cell to its receiver; 1 without a receiver.
+    #[must_use]
+    #[inline(always)]
+    pub fn steeper(&self, cell: usize, code: u8) -> f64 {
+        match self.rough {
+            Some((ground, grid)) if code::has_receiver(code) => {
+                let [diagonal, along] = self.way(cell, code);
+                let length_m = self.lengths_m[diagonal][along];
+                ground.steeper(cell, grid.receiver(cell as u32, code) as usize, length_m)
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// Where a link is in the tables: whether it is diagonal, and its direction of steepest descent.
+    #[inline(always)]
+    fn way(&self, cell: usize, code: u8) -> [usize; 2] {
+        let diagonal = usize::from(code::is_diagonal(code::direction(code)));
+        match self.tangents.get(cell) {
+            Some(tangent) if code & code::TURNED == 0 => [diagonal, usize::from(*tangent)],
+            _ => [diagonal, 255 * diagonal],
+        }
+    }
+
+    /// The coefficient C = K Aᵐ Δt / dⁿ of a cell's link, as [`Law::left`] takes it, and in metres the
+    /// length over which an even slope would drop as far as the link does: d, on rough ground longer or shorter.
     #[must_use]
     #[inline(always)]
     pub fn of(&self, cell: usize, code: u8) -> (f64, f64) {
-        let diagonal = usize::from(code::is_diagonal(code::direction(code)));
-        let along = match self.tangents.get(cell) {
-            Some(tangent) if code & code::TURNED == 0 => usize::from(*tangent),
-            _ => 255 * diagonal,
-        };
+        let [diagonal, along] = self.way(cell, code);
         let without_area = match &self.everywhere {
             Some(coefficients) => coefficients[diagonal][along],
             None => self.law.coefficient(self.rock.erodibility(cell) * self.bases[diagonal][along]),
@@ -67,6 +96,12 @@ impl<'a> Links<'a> {
             Some(weakness) => self.law.times(coefficient, self.law.coefficient(f64::from(weakness[cell]))),
             None => coefficient,
         };
-        (self.rock.vary(self.law, cell, coefficient), self.lengths_m[diagonal][along])
+        let coefficient = self.rock.vary(self.law, cell, coefficient);
+        let length_m = self.lengths_m[diagonal][along];
+        if self.rough.is_none() {
+            return (coefficient, length_m);
+        }
+        let steeper = self.steeper(cell, code);
+        (self.law.times(coefficient, self.law.coefficient(1.0 / steeper)), length_m * steeper)
     }
 }

@@ -4,7 +4,7 @@
 //! first. What differs from the paper: depressions are routed through (Cordonnier, Bovy and Braun 2019), receivers may
 //! be drawn at random between the two neighbours of the steepest facet, the drainage area has a lower limit, and slopes
 //! an upper one that varies as rock does, headwaters are cut by debris flows and the floors of valleys by their river,
-//! erodibility may vary at random, a margin beyond `inland` sides is computed and cut off, and soil creeps between the
+//! erodibility may vary at random and hillslopes be rough, a margin beyond `inland` sides is computed and cut off, and soil creeps between the
 //! rivers (Culling 1960). Heights are kept in double precision through the whole run, because the uplift of one step
 //! can be too small for the single precision of a height.
 
@@ -16,6 +16,7 @@ mod bedrock_tests;
 mod coarse;
 mod course;
 mod deposition;
+mod ground;
 #[cfg(test)]
 mod hillslope_tests;
 mod incision;
@@ -94,8 +95,11 @@ params! {
     critical_area: f64 = 0.0, SquareMetres, 0.0..=1e12, soft 0..=1e6;
     /// Width of the floor of a valley that drains 1 km², where its river is no steeper than 10 %; 0 for no floors.
     valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
+    /// How rough hillslopes are: by how much their slope varies on knolls and hollows, as a fraction of the slope, for
+    /// each octave of them from half the length √A₀ of the hillslopes down to a few cells.
+    roughness: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
-    rounding: f64 = 0.05, One, 0.0..=100.0, soft 0..=0.5;
+    rounding: f64 = 0.1, One, 0.0..=100.0, soft 0..=0.5;
     /// Factor on the uplift over the run: x is the time, from 0 at the start to 1 at the end.
     ///
     /// A smooth curve through the points, constant beyond them: growth, a pulse, decay.
@@ -181,7 +185,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 5,
+    version: 6,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -200,6 +204,11 @@ pub static NODE: Node = Node {
         Migration { from: 3, steps: &[Step::Keep { name: "schedule", value: "full" }] },
         // with a larger displacement from level to level, rivers and ridges are no longer straight along rows and diagonals
         Migration { from: 4, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] },
+        // slopes have a foot beside rivers, and rough ground
+        Migration {
+            from: 5,
+            steps: &[Step::Keep { name: "roughness", value: "0" }, Step::Keep { name: "rounding", value: "0.05" }],
+        },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",

@@ -116,6 +116,16 @@ impl<'a> Rock<'a> {
         }
     }
 
+    /// By how much softer than the mean the rock of a cell is, where it varies in waves; 1 elsewhere.
+    #[must_use]
+    #[inline(always)]
+    pub fn softer(&self, cell: usize) -> f64 {
+        match &self.variation {
+            Variation::Waves(factors) => f64::from(factors[cell]),
+            Variation::Cells(_) | Variation::None => 1.0,
+        }
+    }
+
     fn erodibility_of(&self, given: f32) -> f64 {
         f64::from(given).max(0.0) * self.per_given
     }

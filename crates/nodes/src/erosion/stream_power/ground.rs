@@ -1,0 +1,69 @@
+//! Rough ground: the knolls and hollows of hillslopes, made by rock that is harder or softer over short distances.
+//!
+//! The ground is a field g in metres: a sum of octaves of noise from half the length of the hillslopes √A₀ down to a few
+//! cells, of equal slope. Where hillslopes are in balance they have the height that they would have on even ground plus
+//! S g, with S their slope: along the way of the length d to a receiver, the law divides K by 1 + (g − gᵣ) / d, and the
+//! steepest stable slope is larger by the same factor. What a way gains on a knoll it loses behind it, so that the
+//! heights of ridges depend neither on the ground nor on how much of it the cells can hold. With a K that varies over
+//! such distances the differences along a way would add up instead.
+
+use orograph_graph::{Job, NodeError, mix};
+
+use super::Params;
+use crate::numerics::noise::{Basis, Fractal, Octave, sum};
+
+/// The longest wavelength in √A₀.
+const LONGEST: f64 = 0.5;
+/// The part of the first octave in the sum of all.
+const FIRST: f64 = 0.5;
+/// Standard deviation of the slope of an octave of the noise along one axis, per wavelength, for an amplitude of 1.
+const SLOPE: f64 = 0.49;
+/// The least and the largest factor of a slope.
+const FACTORS: [f64; 2] = [0.25, 4.0];
+
+/// The ground of every cell.
+#[derive(Debug)]
+pub struct Ground {
+    /// g in metres; empty on even ground.
+    heights: Vec<f32>,
+}
+
+impl Ground {
+    /// Makes the ground on the cells of a job.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn new(job: &Job<'_>, params: &Params) -> Result<Self, NodeError> {
+        let wavelength_m = LONGEST * params.headwater_area.sqrt();
+        if params.roughness <= 0.0 || wavelength_m <= 0.0 {
+            return Ok(Self { heights: Vec::new() });
+        }
+        let seed = mix(job.seed() ^ mix(0x5EED_0003));
+        let fractal = Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
+        let window = job.window();
+        // all waves at full height that cells can represent
+        let full = |octave: Octave| Octave { fade: 1.0, ..octave.seen(1.0, [0; 2]) };
+        let octaves: Vec<_> = fractal.octaves(&window.world).into_iter().map(full).collect();
+        if octaves.is_empty() {
+            return Ok(Self { heights: Vec::new() });
+        }
+        let amplitude_m = params.roughness * wavelength_m / (SLOPE * FIRST);
+        Ok(Self { heights: sum::places(job, [window.nx(), window.ny()], &octaves, Basis::Bell, amplitude_m)? })
+    }
+
+    /// Returns true if ground is even.
+    #[must_use]
+    pub fn is_even(&self) -> bool {
+        self.heights.is_empty()
+    }
+
+    /// How much steeper than on even ground the way of `length_m` to a receiver is; 1 on even ground.
+    #[must_use]
+    #[inline(always)]
+    pub fn steeper(&self, cell: usize, receiver: usize, length_m: f64) -> f64 {
+        match (self.heights.get(cell), self.heights.get(receiver)) {
+            (Some(here), Some(below)) => (1.0 + f64::from(here - below) / length_m).clamp(FACTORS[0], FACTORS[1]),
+            _ => 1.0,
+        }
+    }
+}
