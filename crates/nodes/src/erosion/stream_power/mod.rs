@@ -4,9 +4,9 @@
 //! first. What differs from the paper: depressions are routed through (Cordonnier, Bovy and Braun 2019), receivers may
 //! be drawn at random between the two neighbours of the steepest facet, the drainage area has a lower limit, and slopes
 //! an upper one that varies as rock does, headwaters are cut by debris flows and the floors of valleys by their river,
-//! erodibility may vary at random and hillslopes be rough, a margin beyond `inland` sides is computed and cut off, and soil creeps between the
-//! rivers (Culling 1960). Heights are kept in double precision through the whole run, because the uplift of one step
-//! can be too small for the single precision of a height.
+//! erodibility may vary at random and hillslopes be rough, a margin beyond `inland` sides is computed and cut off, and
+//! soil creeps between the rivers (Culling 1960). Heights are kept in double precision through the whole run, because
+//! the uplift of one step can be too small for the single precision of a height.
 
 mod analytical;
 mod area;
