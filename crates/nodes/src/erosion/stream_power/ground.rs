@@ -24,8 +24,10 @@ const FACTORS: [f64; 2] = [0.25, 4.0];
 /// The ground of every cell.
 #[derive(Debug)]
 pub struct Ground {
-    /// g in metres; empty on even ground.
+    /// g in metres; empty on even ground, and where cells are too large for it.
     heights: Vec<f32>,
+    /// Whether slopes have a foot beside rivers.
+    has_feet: bool,
 }
 
 impl Ground {
@@ -36,7 +38,7 @@ impl Ground {
     pub fn new(job: &Job<'_>, params: &Params) -> Result<Self, NodeError> {
         let wavelength_m = LONGEST * params.headwater_area.sqrt();
         if params.roughness <= 0.0 || wavelength_m <= 0.0 {
-            return Ok(Self { heights: Vec::new() });
+            return Ok(Self { heights: Vec::new(), has_feet: false });
         }
         let seed = mix(job.seed() ^ mix(0x5EED_0003));
         let fractal = Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
@@ -45,16 +47,23 @@ impl Ground {
         let full = |octave: Octave| Octave { fade: 1.0, ..octave.seen(1.0, [0; 2]) };
         let octaves: Vec<_> = fractal.octaves(&window.world).into_iter().map(full).collect();
         if octaves.is_empty() {
-            return Ok(Self { heights: Vec::new() });
+            return Ok(Self { heights: Vec::new(), has_feet: true });
         }
         let amplitude_m = params.roughness * wavelength_m / (SLOPE * FIRST);
-        Ok(Self { heights: sum::places(job, [window.nx(), window.ny()], &octaves, Basis::Bell, amplitude_m)? })
+        let heights = sum::places(job, [window.nx(), window.ny()], &octaves, Basis::Bell, amplitude_m)?;
+        Ok(Self { heights, has_feet: true })
     }
 
     /// Returns true if ground is even.
     #[must_use]
     pub fn is_even(&self) -> bool {
         self.heights.is_empty()
+    }
+
+    /// Returns true if slopes have a foot beside rivers, on cells of any size: where the ground is not meant to be even.
+    #[must_use]
+    pub const fn has_feet(&self) -> bool {
+        self.has_feet
     }
 
     /// How much steeper than on even ground the way of `length_m` to a receiver is; 1 on even ground.

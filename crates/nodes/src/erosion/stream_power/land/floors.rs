@@ -7,7 +7,8 @@
 //!
 //! The foot of the slope beside a floor, or beside a river narrower than a cell, is worn in the same way, by a part of
 //! the area. Without it valleys are sharp: in real elevation models with cells of 30 to 90 m the ground one cell beside
-//! a river has 0.17 to 0.29 of the rise to three cells beside it, and a sharp valley a third.
+//! a river has 0.17 to 0.29 of the rise to three cells beside it, and a sharp valley a third. Smooth ground, as in files
+//! of version 5 and before, has neither foot nor floors that follow the rock.
 
 use orograph_graph::{Job, NodeError};
 
@@ -26,8 +27,8 @@ const WIDEST_CELLS: f64 = 64.0;
 
 /// The width of the foot of a slope beside a river, in cells.
 const FOOT_CELLS: f64 = 1.25;
-/// The area that wears a foot is at most so many A₀.
-const FOOT_AREAS: f64 = 4.0;
+/// The area that wears a foot is at most so many A₀. More makes channels straighter than real ones.
+const FOOT_AREAS: f64 = 1.0;
 /// Rivers that drain less than so many A₀ have none.
 const LEAST_FOOT_AREAS: f64 = 0.5;
 /// The power of the softness of rock that the width goes with.
@@ -51,7 +52,7 @@ impl Land<'_> {
             job.check()?;
             Ok::<_, NodeError>(self.reaches(first * nx..(first + 8).min(ny) * nx, width_m))
         })?;
-        let foot_m2 = FOOT_AREAS * self.area.headwater_m2();
+        let foot_m2 = FOOT_AREAS * self.feet_m2();
         let foot =
             |cells: f64, area_m2: f64| foot_m2.min(area_m2) * (1.0 - (cells / FOOT_CELLS) * (cells / FOOT_CELLS));
         let codes = &self.codes;
@@ -86,11 +87,16 @@ impl Land<'_> {
         Ok(())
     }
 
+    /// A₀ where slopes have a foot, else 0.
+    fn feet_m2(&self) -> f64 {
+        if self.ground.has_feet() { self.area.headwater_m2() } else { 0.0 }
+    }
+
     /// Rivers with a floor or a foot among some cells.
     fn reaches(&self, cells: std::ops::Range<usize>, width_m: f64) -> Vec<Reach> {
         // below it a floor is narrower than a cell, if rock is not much softer than the mean
         let floor_m2 = 0.3 * REFERENCE_M2 * math::pow(self.cell_m / width_m, 1.0 / POWER);
-        let headwater_m2 = self.area.headwater_m2();
+        let headwater_m2 = self.feet_m2();
         let least_m2 = if headwater_m2 > 0.0 { floor_m2.min(LEAST_FOOT_AREAS * headwater_m2) } else { floor_m2 };
         let reach = |cell: usize| -> Option<Reach> {
             let (area_m2, code) = (self.area.m2(cell), self.codes[cell]);
@@ -105,7 +111,7 @@ impl Land<'_> {
             let length_m = if diagonal { std::f64::consts::SQRT_2 } else { 1.0 } * self.cell_m;
             let slope = (self.heights[cell] - self.heights[receiver]) / length_m;
             let narrowed = if slope > STEEP { STEEP / slope } else { 1.0 };
-            let softer = math::pow(self.rock.softer(cell), SOFTNESS);
+            let softer = if headwater_m2 > 0.0 { math::pow(self.rock.softer(cell), SOFTNESS) } else { 1.0 };
             let width_m = width_m * math::pow(area_m2 / REFERENCE_M2, POWER) * narrowed * softer;
             let radius = 0.5 * width_m / self.cell_m;
             let radius = if radius >= 0.5 { radius.min(WIDEST_CELLS) } else { 0.0 };
