@@ -95,8 +95,9 @@ params! {
     critical_area: f64 = 0.0, SquareMetres, 0.0..=1e12, soft 0..=1e6;
     /// Width of the floor of a valley that drains 1 km², where its river is no steeper than 10 %; 0 for no floors.
     valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
-    /// How rough hillslopes are: by how much their slope varies on knolls and hollows, as a fraction of the slope, for
-    /// each octave of them from half the length √A₀ of the hillslopes down to a few cells.
+    /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
+    ///
+    /// It counts for each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
     roughness: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
     rounding: f64 = 0.1, One, 0.0..=100.0, soft 0..=0.5;
