@@ -84,6 +84,7 @@ impl<'a> Search<'a> {
         self.strode.fill(0);
         self.costs[start] = 0.0;
         // costs are not negative, so that their bits have the same order; equal ones are taken by the number of the cell
+        let mut most = (self.costs.len() / 2).max(CHECK);
         let mut open = BinaryHeap::from([Reverse((self.straight(start, goal).to_bits(), start))]);
         for turn in 0.. {
             if turn % CHECK == 0 {
@@ -98,6 +99,12 @@ impl<'a> Search<'a> {
                 continue;
             }
             self.stride_on(cell, goal, &mut open);
+            if open.len() > most {
+                open.retain(|Reverse((total, cell))| {
+                    f64::from_bits(*total) <= self.costs[*cell] + self.straight(*cell, goal)
+                });
+                most = most.max(2 * open.len());
+            }
         }
         let mut way = vec![goal];
         while let Some(last) = way.last().copied().filter(|last| *last != start) {

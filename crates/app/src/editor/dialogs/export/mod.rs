@@ -23,6 +23,9 @@ use crate::{
     report::failure::Failure,
 };
 
+/// Height of the window where there is room for it, in points.
+const HEIGHT: f32 = 520.0;
+
 /// The export window.
 #[derive(Debug)]
 pub(crate) struct Export {
@@ -95,7 +98,8 @@ impl Export {
             egui::Window::new("Export").open(&mut open).collapsible(false).vscroll(true).resizable([true, false]);
         let window = window.default_width(400.0_f32.min(room.x - 40.0));
         let height = (room.y - 80.0).max(120.0);
-        let window = window.default_height(height.min(520.0)).max_height(height);
+        let window = window.max_height(height);
+        let window = if height > HEIGHT { window.default_height(HEIGHT) } else { window };
         window.default_pos([(room.x - 420.0).max(10.0) / 2.0, 60.0_f32.min(room.y / 6.0)]).show(context, |ui| {
             self.contents(ui, session);
         });
