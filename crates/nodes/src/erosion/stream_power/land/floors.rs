@@ -69,7 +69,10 @@ impl Land<'_> {
                 let radius = f64::from(radius);
                 let rim = (radius + 0.5) * (radius + 0.5);
                 let far = (radius + if foot_m2 > 0.0 { FOOT_CELLS } else { 0.5 }) as isize;
-                for (dx, dy) in (-far..=far).flat_map(|dy| (-far..=far).map(move |dx| (dx, dy))) {
+                // no farther than the cells go
+                let [across, down] =
+                    [(x, nx), (y, ny)].map(|(at, count)| (-at).max(-far)..=(count as isize - 1 - at).min(far));
+                for (dx, dy) in down.flat_map(|dy| across.clone().map(move |dx| (dx, dy))) {
                     let square = (dx * dx + dy * dy) as f64;
                     let counts_m2 = area_m2 * (1.0 - square / rim);
                     raise(x + dx, y + dy, counts_m2.max(foot((square.sqrt() - radius).max(0.0), area_m2)));
