@@ -46,9 +46,8 @@ fn outputs(window: &Harness<'_, App>) -> Vec<(String, Value)> {
 fn assert_same(before: &[(String, Value)], after: &[(String, Value)]) {
     assert_eq!(before.len(), after.len());
     for ((name, a), (other, b)) in before.iter().zip(after) {
-        let bits = |value: &Value| match value {
-            Value::Field(field) => field.samples().iter().map(|sample| sample.to_bits()).collect::<Vec<_>>(),
-            _ => panic!("`{name}` is not a field"),
+        let bits = |value: &Value| -> Vec<u32> {
+            value.as_field().expect("a field").samples().iter().map(|sample| sample.to_bits()).collect()
         };
         assert!(name == other && bits(a) == bits(b), "{name}");
     }

@@ -61,10 +61,10 @@ fn part(nodes: &[&str]) -> Extract {
 /// Replaces nodes by a `Subgraph`; returns the text of its file.
 #[track_caller]
 fn extracted(document: &mut Document, nodes: &[&str]) -> String {
-    let made = document.extract(&part(nodes)).unwrap_or_else(|error| panic!("{nodes:?}: {error}"));
+    let made = document.extract(&part(nodes)).expect("nodes without a way back");
     let path = made.file.path().expect("a path").to_owned();
     made.file.save(path).expect("written");
-    document.apply(&made.edit).unwrap_or_else(|error| panic!("{nodes:?}: {error}\n{}", made.file.source()));
+    document.apply(&made.edit).expect("an edit that fits the document");
     made.file.source().to_owned()
 }
 
@@ -146,7 +146,7 @@ fn every_selection_without_a_way_back_keeps_the_results() {
                 extracted(&mut document, &nodes);
                 assert_eq!(results(&document), before, "{nodes:?}\n{}", document.source());
                 let inlined = document.inline("part", &BTreeMap::new()).expect("it can be inlined");
-                document.apply(&inlined.edit).unwrap_or_else(|error| panic!("{nodes:?}: {error}"));
+                document.apply(&inlined.edit).expect("an edit that fits the document");
                 assert_eq!(results(&document), before, "{nodes:?}\n{}", document.source());
                 made += 1;
             }

@@ -170,12 +170,15 @@ impl<'a> Area<'a> {
         if let Some(&widened) = self.widened.get(cell)
             && f64::from(widened) > self.m2(cell)
         {
-            return self.between(law, f64::from(widened) / self.cell_m2);
+            return self.compute(law, f64::from(widened) / self.cell_m2);
         }
         if let Some(&mean) = self.spread.get(cell)
             && mean < self.spread_below
         {
-            return self.between(law, f64::from(mean));
+            let mean = f64::from(mean);
+            let whole = mean as usize;
+            let [low, high] = [self.powers[whole], self.powers[whole + 1]];
+            return low + (high - low) * (mean - whole as f64);
         }
         match &self.drained {
             Drained::Cells(cells) => {
@@ -193,16 +196,6 @@ impl<'a> Area<'a> {
             return self.headwater;
         }
         math::pow(self.critical_m2.max(0.5 * self.cell_m2), self.m)
-    }
-
-    /// The factor of a number of cells that need not be whole, interpolated where those of whole ones are at hand.
-    #[inline(always)]
-    fn between(&self, law: &Law, drained: f64) -> f64 {
-        let whole = drained as usize;
-        match self.powers.get(whole..whole + 2) {
-            Some(&[low, high]) => low + (high - low) * (drained - whole as f64),
-            _ => self.compute(law, drained),
-        }
     }
 
     fn compute(&self, law: &Law, drained: f64) -> f64 {

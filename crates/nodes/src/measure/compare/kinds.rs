@@ -120,7 +120,7 @@ impl Kind {
     }
 
     /// The models whose curves are drawn beside a terrain of the kind. No model of the Alps or of a canyon may be
-    /// shipped: they have the highest mountains and the layered upland at hand.
+    /// shipped: `alps` has the highest mountains of the table beside it, and `canyon` the layered upland.
     #[must_use]
     pub fn beside(self) -> &'static [&'static str] {
         match self {

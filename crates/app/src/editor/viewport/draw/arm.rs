@@ -195,10 +195,12 @@ mod tests {
 
     use super::*;
 
-    fn arms(text: &str) -> Vec<Arm> {
+    /// The arms of a node, of which there are `N`.
+    fn arms<const N: usize>(text: &str) -> [Arm; N] {
         let document = Document::parse(format!("(nodes: {{ \"a\": {text} }})"), &orograph_nodes::registry());
         let graph = document.graph();
-        Arm::of_node(graph.instance(graph.find("a").expect("a node"))).unwrap_or_default()
+        let found = Arm::of_node(graph.instance(graph.find("a").expect("a node"))).unwrap_or_default();
+        found.try_into().expect("so many arms")
     }
 
     fn projection() -> Projection<'static> {
@@ -208,15 +210,13 @@ mod tests {
     #[test]
     fn an_arm_ends_where_its_values_say() {
         let view = projection();
-        let [crater] = &arms("Crater(version: 2, pattern: one, centre: (100, 200), diameter: 80)")[..] else {
-            panic!("one arm")
-        };
+        let [crater] = arms("Crater(version: 2, pattern: one, centre: (100, 200), diameter: 80)");
         assert!(crater.is_circle());
         let [x, y] = crater.end(&view);
         assert!((x - 140.0).abs() < 1e-9 && (y - 200.0).abs() < 1e-9);
         let wider = crater.moved([100.0, 260.0], false, &view);
         assert_eq!((wider.name().as_str(), wider.text().as_str()), ("diameter", "120 m"));
-        let [linear] = &arms("Gradient(centre: (100, 200), azimuth: 90, length: 60)")[..] else { panic!("one arm") };
+        let [linear] = arms("Gradient(centre: (100, 200), azimuth: 90, length: 60)");
         assert_eq!(linear.end(&view).map(f64::round), [130.0, 200.0]);
         let turned = linear.moved([100.0, 150.0], false, &view);
         assert_eq!(turned.text(), "100 m, 0°");
@@ -228,15 +228,13 @@ mod tests {
     #[test]
     fn a_figure_has_two_arms_and_a_direction_one() {
         let view = projection();
-        let [along, across] = &arms("Shape(figure: ellipse, centre: (0, 0), size: (40, 100), azimuth: 90)")[..] else {
-            panic!("two arms")
-        };
+        let [along, across] = arms("Shape(figure: ellipse, centre: (0, 0), size: (40, 100), azimuth: 90)");
         assert_eq!((along.end(&view).map(f64::round), across.end(&view).map(f64::round)), ([50.0, 0.0], [0.0, 20.0]));
         let wider = across.moved([300.0, 35.0], false, &view);
         assert_eq!((wider.text().as_str(), wider.pair), ("70 m", [70.0, 100.0]));
-        let [turn] = &arms("Gradient(form: angular, centre: (0, 0), azimuth: 0)")[..] else { panic!("one arm") };
+        let [turn] = arms("Gradient(form: angular, centre: (0, 0), azimuth: 0)");
         assert_eq!((turn.name().as_str(), turn.end(&view)), ("azimuth", [0.0, -70.0]));
-        assert_eq!(arms("Ridged()"), []);
-        assert_eq!(arms("Island(form: edges)"), []);
+        let [] = arms("Ridged()");
+        let [] = arms("Island(form: edges)");
     }
 }
