@@ -46,7 +46,8 @@ pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
     Document, Edit, EditError, Expanded, Expectation, Expectations, Extract, Extracted, Frame, FrameEntry, History,
     Inlined, JournalEntry, JournalError, JournalWriter, LoadError, LooseWire, NamedInput, NamedParameter, NodeEntry,
-    OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Splice, Statistics, UsedGraph, diff, format_source, recover,
+    OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Splice, Statistics, UsedGraph, diff, format_source, fresh_name,
+    recover,
 };
 pub use eval::{
     Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, Origin, Request, Store,

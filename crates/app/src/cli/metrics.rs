@@ -42,7 +42,7 @@ pub struct Args {
     #[command(flatten)]
     sea: Sea,
     /// Folder for plots of the curves, each as PNG and SVG, with those of the reference; created if it does not exist.
-    /// Beside a kind, curves are those at cells of 90 m
+    /// With a kind, curves are measured on 90 m cells
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     /// Colours of the plots

@@ -87,11 +87,13 @@ fn parameters_are_copied_to_nodes_of_the_same_kind() {
     window.event(Event::Paste(copied));
     window.run_steps(3);
     assert_eq!(step(&window, "lonely"), 70.0);
-    // Without Shift the node is pasted.
-    click(&mut window, lonely);
-    window.event(Event::Paste("{ \"x\": Terrace(version: 2, step: 33) }".to_owned()));
-    window.run_steps(3);
-    assert_eq!(document(&window).nodes().len(), 5);
+    // Without Shift, and with Shift+Insert, the node is pasted.
+    for (modifiers, nodes) in [(Modifiers::NONE, 5), (Modifiers::SHIFT, 6)] {
+        click(&mut window, lonely);
+        window.event_modifiers(Event::Paste("{ \"x\": Terrace(version: 2, step: 33) }".to_owned()), modifiers);
+        window.run_steps(3);
+        assert_eq!(document(&window).nodes().len(), nodes);
+    }
 }
 
 #[test]

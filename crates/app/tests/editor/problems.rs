@@ -58,7 +58,7 @@ fn a_preview_on_larger_cells_than_expected_misses_nothing() {
     window.get_by_label("Problems").click();
     window.run_steps(3);
     assert!(window.query_by_label("expected on cells of 10 m, but those of the world are 50 m").is_some());
-    assert!(window.query_by_label_contains("outside on these cells").is_some());
+    assert!(window.query_by_label_contains("out of bounds at this cell size").is_some());
 }
 
 /// The title of the Problems pane with this number.

@@ -109,10 +109,10 @@ fn a_refused_subgraph_says_why() {
     let steps = title(&window, "steps");
     click(&mut window, steps);
     key(&mut window, Modifiers::COMMAND, Key::G);
-    for (typed, said) in [("taken", "there is a file `taken.ron` already"), ("../up", "is not the name of a file")] {
+    for (typed, said) in [("taken", "`taken.ron` already exists"), ("../up", "is not the name of a file")] {
         key(&mut window, Modifiers::COMMAND, Key::A);
         crate::hand::type_text(&mut window, typed);
-        window.get_by_label("Make").click();
+        window.get_by_label("Create").click();
         window.run_steps(4);
         assert!(window.query_by_label_contains(said).is_some(), "{typed}");
     }

@@ -26,6 +26,7 @@ pub use self::check::frames::{Frame, FrameEntry};
 pub use self::check::wires::LooseWire;
 pub use self::edit::diff::diff;
 pub use self::edit::extract::{Extract, Extracted};
+pub use self::edit::fresh::fresh_name;
 pub use self::edit::history::History;
 pub use self::edit::inline::Inlined;
 pub use self::edit::journal::{JournalEntry, JournalError, JournalWriter, Recovered, recover};

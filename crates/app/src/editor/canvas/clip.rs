@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use egui::{Pos2, Vec2};
-use orograph_graph::{Document, Edit, LooseWire, NodeEntry};
+use orograph_graph::{Document, Edit, LooseWire, NodeEntry, fresh_name};
 
-use super::{commands::fresh_name, model::Model};
+use super::model::Model;
 
 /// The text of the copied nodes, with all wires into them and their positions.
 pub(super) fn text(document: &Document, model: &Model, names: &BTreeSet<String>) -> Result<String, String> {

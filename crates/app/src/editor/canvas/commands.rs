@@ -10,20 +10,14 @@ use super::{
     place,
 };
 
-/// An unused node name: the stem, with a number if necessary.
-pub(super) fn fresh_name(stem: &str, taken: impl Fn(&str) -> bool) -> String {
-    let mut name = stem.to_owned();
-    let mut number = 2;
-    while taken(&name) {
-        name = format!("{stem}{number}");
-        number += 1;
-    }
-    name
+/// A position as an edit has it.
+pub(super) fn written(at: Pos2) -> [f64; 2] {
+    [f64::from(at.x.round()), f64::from(at.y.round())]
 }
 
 /// The edit that moves a node to a position.
 pub(super) fn put(node: &str, at: Pos2) -> Edit {
-    Edit::SetLayout { node: node.to_owned(), at: Some([f64::from(at.x.round()), f64::from(at.y.round())]) }
+    Edit::SetLayout { node: node.to_owned(), at: Some(written(at)) }
 }
 
 /// The edit that sets the route of a wire.
@@ -340,12 +334,6 @@ mod tests {
 
     fn registry() -> Registry {
         orograph_nodes::registry()
-    }
-
-    #[test]
-    fn fresh_names_are_numbered_from_two() {
-        assert_eq!(fresh_name("ridged", |_| false), "ridged");
-        assert_eq!(fresh_name("ridged", |name| ["ridged", "ridged2"].contains(&name)), "ridged3");
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl Canvas {
                 held = *modifiers;
             } else if let Event::Paste(text) = event {
                 // The system sends the same event with and without Shift.
-                let by_key = if held.shift { Action::PasteParameters } else { Action::Paste };
+                let by_key = if held.command && held.shift { Action::PasteParameters } else { Action::Paste };
                 let action = waiting.map_or(by_key, |(_, action)| action);
                 self.pasting = None;
                 self.paste(ui, session, action, text);
@@ -145,7 +145,9 @@ impl Canvas {
                 }
             }
             Action::CopyParameters => {
-                let [card] = chosen[..] else { return };
+                let [card] = chosen[..] else {
+                    return self.refuse(ui, "select one node to copy its parameters".to_owned());
+                };
                 match values::copied(session.document(), &self.model, &self.model.cards[card]) {
                     Ok(text) => ui.ctx().output_mut(|output| output.commands.push(OutputCommand::CopyText(text))),
                     Err(reason) => self.refuse(ui, reason),
@@ -213,7 +215,7 @@ impl Canvas {
             }
             Action::Frame => {
                 let at = pointer.unwrap_or_else(|| lens.rect.center());
-                let name = commands::fresh_name("frame", |name| self.model.area(name).is_some());
+                let name = orograph_graph::fresh_name("frame", |name| self.model.area(name).is_some());
                 let edit = commands::frame(&self.model, &chosen, &name, lens.to_graph(at), lens.seen());
                 if self.apply(ui, session, &edit) {
                     session.select([]);
@@ -282,6 +284,9 @@ impl Canvas {
         match values::pasted(session.document(), text, &names) {
             Ok(pasted) => {
                 let message = pasted.message();
+                if pasted.edits.is_empty() {
+                    return session.note(message, false);
+                }
                 if self.apply(ui, session, &Edit::All(pasted.edits)) {
                     session.note(message, false);
                 }

@@ -178,7 +178,7 @@ impl Canvas {
     /// Adds the chosen type, with the requested wires.
     fn insert(&mut self, ui: &Ui, session: &mut Session, palette: &Palette, kind: &'static Node) {
         let model = &self.model;
-        let name = commands::fresh_name(&kind.id.to_lowercase(), |name| model.find(name).is_some());
+        let name = orograph_graph::fresh_name(&kind.id.to_lowercase(), |name| model.find(name).is_some());
         let first_pin = TITLE + PICTURE + 2.0 * PAD + ROW / 2.0;
         let mut room = None;
         let (wires, corner) = match &palette.purpose {

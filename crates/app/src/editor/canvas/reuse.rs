@@ -1,14 +1,14 @@
-//! The commands that move selected nodes into a graph file of their own, and that put the nodes of a `Subgraph` in its
+//! The commands that move selected nodes into a new graph file, and that put the nodes of a `Subgraph` in its
 //! place.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use egui::{Button, Id, Key, Pos2, Rect, RichText, TextEdit, Ui, Vec2};
+use egui::{Button, Id, Key, Rect, RichText, TextEdit, Ui, Vec2};
 use orograph_graph::Edit;
 
 use super::{
     Canvas, Session,
-    commands::{self, GAP},
+    commands::{self, GAP, written},
     model::{Model, WIDTH},
     place,
 };
@@ -22,11 +22,6 @@ pub(super) struct NewSubgraph {
     refused: Option<String>,
     /// False until the field has the focus.
     shown: bool,
-}
-
-/// A position as an edit has it.
-fn written(at: Pos2) -> [f64; 2] {
-    [f64::from(at.x.round()), f64::from(at.y.round())]
 }
 
 impl Canvas {
@@ -64,13 +59,14 @@ impl Canvas {
             if !std::mem::replace(&mut new.shown, true) {
                 field.request_focus();
             }
-            make = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            let is_named = !new.name.trim().is_empty();
+            make = is_named && field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
             if let Some(reason) = &new.refused {
                 ui.label(RichText::new(reason).color(ui.visuals().error_fg_color));
             }
             ui.add_space(8.0);
             ui.horizontal_wrapped(|ui| {
-                make |= ui.add_enabled(!new.name.trim().is_empty(), Button::new("Make")).clicked();
+                make |= ui.add_enabled(is_named, Button::new("Create")).clicked();
                 cancel = ui.button("Cancel").clicked();
             });
         });

@@ -8,6 +8,7 @@ use super::{
     clip,
     model::{Card, Model},
 };
+use crate::report::terminal::counted;
 
 /// The text of a node without the wires into it.
 pub(super) fn copied(document: &Document, model: &Model, card: &Card) -> Result<String, String> {
@@ -30,10 +31,12 @@ pub(super) struct Pasted {
 }
 
 impl Pasted {
-    /// What was done, as text.
+    /// A message about the result.
     pub(super) fn message(&self) -> String {
-        let count = |nodes: usize| if nodes == 1 { "1 node".to_owned() } else { format!("{nodes} nodes") };
-        let set = format!("Set the parameters of {}", count(self.nodes));
+        let set = match self.edits.is_empty() {
+            true => "The parameters are the same already".to_owned(),
+            false => format!("Set the parameters of {}", counted(self.nodes, "node")),
+        };
         match self.others {
             0 => set,
             1 => format!("{set}; 1 node of another kind was left as it is"),

@@ -55,6 +55,7 @@ impl Questions {
             ui.set_max_width(WIDTH.min(context.content_rect().width() - 32.0));
             match &question {
                 Question::Unsaved(command) => unsaved(ui, session, command, new, &mut answer),
+                Question::Exporting => exporting(ui, new, &mut answer),
                 Question::Name => self.name(ui, session, new, &mut answer),
                 Question::Changed { conflicts, .. } => changed(ui, session, conflicts, new, &mut answer),
                 Question::Found(lost) => found(ui, session, lost, new, &mut answer),
@@ -167,6 +168,19 @@ fn unsaved(ui: &mut Ui, session: &Session, command: &FileCommand, new: bool, ans
         }
         if ui.button("Cancel").clicked() {
             *answer = Some(Answer::Cancel);
+        }
+    });
+}
+
+fn exporting(ui: &mut Ui, new: bool, answer: &mut Option<Answer>) {
+    ui.heading("Cancel the exports?");
+    ui.label("Closing the window cancels the running export and those that wait.");
+    buttons(ui, |ui| {
+        if first(ui, new, "Keep exporting").clicked() {
+            *answer = Some(Answer::Cancel);
+        }
+        if ui.button("Cancel them and close").clicked() {
+            *answer = Some(Answer::Discard);
         }
     });
 }

@@ -38,6 +38,8 @@ pub enum FileCommand {
 pub enum Question {
     /// There is unsaved work, which the command would discard.
     Unsaved(FileCommand),
+    /// Exports run or wait, which closing the window would cancel.
+    Exporting,
     /// The graph needs a file name.
     Name,
     /// The file changed on disk, and its changes conflict with unsaved work.
@@ -184,10 +186,17 @@ impl Session {
         self.question = Some(Question::Name);
     }
 
+    /// Whether exports run or wait: then closing the window asks first.
+    pub const fn set_exporting(&mut self, exporting: bool) {
+        self.exporting = exporting;
+    }
+
     /// Runs a command that closes the current document; asks first if there is unsaved work.
     pub fn request(&mut self, command: FileCommand) {
         self.end_gesture();
-        if self.is_dirty() {
+        if command == FileCommand::Close && self.exporting {
+            self.question = Some(Question::Exporting);
+        } else if self.is_dirty() {
             self.question = Some(Question::Unsaved(command));
         } else {
             self.execute(command);
@@ -205,6 +214,10 @@ impl Session {
                 self.save();
             }
             (Question::Unsaved(command), Answer::Discard) => self.execute(command),
+            (Question::Exporting, Answer::Discard) => {
+                self.exporting = false;
+                self.request(FileCommand::Close);
+            }
             (question, Answer::SaveAs(path)) => {
                 if !self.save_as(&path) && question == Question::Name {
                     self.question = Some(question);

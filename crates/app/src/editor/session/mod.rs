@@ -49,6 +49,8 @@ pub struct Session {
     edits: u64,
     /// [`Document::build`] at the current revision.
     build: u64,
+    /// True while exports run or wait.
+    exporting: bool,
     /// The text as it is in the file.
     saved: Option<String>,
     /// Where the files of an archive are, while it is edited.
@@ -136,6 +138,7 @@ impl Session {
             revision: 0,
             edits: 0,
             build: 0,
+            exporting: false,
             saved,
             unpacked,
             example: None,

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use orograph_graph::{Edit, Extract, files};
+use orograph_graph::{Edit, Extract, files, fresh_name};
 
 use super::Session;
 use crate::report::failure::reason;
@@ -15,9 +15,7 @@ impl Session {
         let graph = self.document.graph();
         let last = graph.topological().into_iter().rev().map(|node| &graph.instance(node).name);
         let stem = last.into_iter().find(|name| self.is_selected(name)).map_or("part", String::as_str);
-        let free = |name: &String| !self.document.folder().join(format!("{name}.ron")).exists();
-        let names = [stem.to_owned()].into_iter().chain((2..).map(|number| format!("{stem}{number}")));
-        names.into_iter().find(free).unwrap_or_else(|| stem.to_owned())
+        fresh_name(stem, |name| self.document.folder().join(format!("{name}.ron")).exists())
     }
 
     /// Moves the selected nodes into a new graph file in the folder of the document, and puts a `Subgraph` in their
@@ -34,7 +32,8 @@ impl Session {
         at: [f64; 2],
     ) -> Result<String, String> {
         let name = name.trim();
-        let stem = name.strip_suffix(".ron").unwrap_or(name);
+        let is_graph = Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ron"));
+        let stem = if is_graph { &name[..name.len() - ".ron".len()] } else { name };
         let plain = Path::new(stem).file_name().is_some_and(|file| file == stem) && !stem.contains(['/', '\\']);
         if !plain {
             return Err(format!("`{name}` is not the name of a file"));
@@ -45,7 +44,7 @@ impl Session {
         let made = self.document.extract(&what).map_err(|error| error.to_string())?;
         let path = made.file.path().map(Path::to_owned).unwrap_or_default();
         if path.symlink_metadata().is_ok() {
-            return Err(format!("there is a file `{}` already; choose another name", what.file));
+            return Err(format!("`{}` already exists; choose another name", what.file));
         }
         made.file.save(&path).map_err(|error| format!("`{}` was not written: {}", path.display(), reason(&error)))?;
         let edit = Edit::All(before.into_iter().chain([made.edit]).collect());
@@ -54,7 +53,6 @@ impl Session {
             let _ = files::remove_file(&path);
             return Err(reason);
         }
-        self.watch_files();
         self.select_only(&node);
         Ok(node)
     }
@@ -83,7 +81,6 @@ impl Session {
         if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
             name.insert(0, '_');
         }
-        let mut names = [name.clone()].into_iter().chain((2..).map(|number| format!("{name}{number}")));
-        names.find(|name| !self.has_node(name)).unwrap_or_default()
+        fresh_name(&name, |name| self.has_node(name))
     }
 }

@@ -9,10 +9,8 @@ const STEP: [f64; 2] = [240.0, 240.0];
 
 /// A name for a node of a kind that no node has yet.
 fn fresh_name(session: &Session, kind: &Node) -> String {
-    let kind = kind.id.to_lowercase();
-    let names = (1..).map(|count| if count == 1 { kind.clone() } else { format!("{kind}{count}") });
-    let is_free = |name: &String| session.document().nodes().iter().all(|node| node.name != *name);
-    names.into_iter().find(is_free).unwrap_or_default()
+    let is_taken = |name: &str| session.document().nodes().iter().any(|node| node.name == *name);
+    orograph_graph::fresh_name(&kind.id.to_lowercase(), is_taken)
 }
 
 /// Adds a node and selects it: if it changes a terrain, after the shown one, otherwise without wires.

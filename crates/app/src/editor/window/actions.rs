@@ -107,7 +107,7 @@ impl Action {
             Self::Open => window("Open…", "Open a graph", &[(CTRL, Key::O)]),
             Self::Examples => window("Examples…", "Open an example graph", &[]),
             Self::Welcome => window("Welcome…", "Start from an example, a recent file or a template", &[]),
-            Self::Variations => window("Variations…", "Try other seeds", &[(CTRL, Key::R)]),
+            Self::Variations => window("Variations…", "Try other seeds or values", &[(CTRL, Key::R)]),
             Self::Save => window("Save", "Save", &[(CTRL, Key::S)]),
             Self::SaveAs => window("Save as…", "Save as another file", &[(BOTH, Key::S)]),
             Self::Export => window("Export…", "Export", &[(CTRL, Key::E)]),
@@ -121,7 +121,7 @@ impl Action {
             Self::Duplicate => graph("Duplicate", "Duplicate", &[(CTRL, Key::D)]),
             Self::CopyParameters => graph("Copy parameters", "Copy the parameters of the node", &[(BOTH, Key::C)]),
             Self::PasteParameters => {
-                graph("Paste parameters", "Paste parameters on the selected nodes of that kind", &[(BOTH, Key::V)])
+                graph("Paste parameters", "Paste parameters into selected nodes of the same type", &[(BOTH, Key::V)])
             }
             Self::Delete => {
                 graph("Delete", "Delete and reconnect the wires", &[(NONE, Key::Delete), (NONE, Key::Backspace)])
@@ -133,7 +133,7 @@ impl Action {
             Self::Arrange => graph("Arrange", "Arrange the selected nodes, or all, in layers", &[(NONE, Key::L)]),
             Self::Align(how) => graph(how.name(), "Align the selected nodes", &[]),
             Self::Subgraph => {
-                graph("Make subgraph…", "Move the selected nodes into a graph file of their own", &[(CTRL, Key::G)])
+                graph("Make subgraph…", "Move the selected nodes into a new graph file", &[(CTRL, Key::G)])
             }
             Self::Inline => graph("Inline subgraph", "Replace a Subgraph by the nodes of its file", &[(BOTH, Key::G)]),
             Self::Rename => graph("Name and note…", "Name and note", &[(NONE, Key::F2)]),
@@ -353,7 +353,7 @@ const CLIPBOARD: [Action; 5] =
 pub(crate) fn asked_by(part: Part, event: &Event, modifiers: Modifiers) -> Option<Action> {
     match event {
         // The system sends the same event with and without Shift.
-        Event::Copy if part == Part::Graph && modifiers.shift => Some(Action::CopyParameters),
+        Event::Copy if part == Part::Graph && modifiers.command && modifiers.shift => Some(Action::CopyParameters),
         Event::Copy if part == Part::Graph => Some(Action::Copy),
         Event::Cut if part == Part::Graph => Some(Action::Cut),
         Event::Key { key, pressed: true, modifiers, .. } => {

@@ -220,6 +220,7 @@ impl eframe::App for App {
         let visible = self.maximised.map_or_else(|| is_seen(tree, Pane::Viewport), |pane| pane == Pane::Viewport);
         let drawing = visible && self.panes.viewport.is_drawing(&self.panes.session);
         let exporting = self.menu.exporting();
+        self.panes.session.set_exporting(exporting.is_some());
         let status = |ui: &mut egui::Ui| menu::status(ui, &mut self.panes.session, drawing, exporting.as_deref());
         if egui::Panel::bottom("status").show(ui, status).inner {
             self.menu.carry_out(Action::Export, &mut self.panes.session);

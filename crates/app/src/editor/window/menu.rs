@@ -237,7 +237,7 @@ impl Menu {
         self.welcome = Welcome::is_wanted().then(Welcome::default);
     }
 
-    /// The builds in the background, as text. Returns None when none runs.
+    /// The exports in the background, as text. Returns None when none runs.
     pub(crate) fn exporting(&self) -> Option<String> {
         self.export.summary()
     }
@@ -289,7 +289,7 @@ fn scales(ui: &mut Ui) {
 const PREVIEWS: [u32; 6] = [128, 256, 512, 1024, 2048, 4096];
 
 /// The status bar: the running node, the shown output, and the preview resolution.
-/// `drawing` is true while the viewport does not show the newest result yet; `exporting` tells of the builds in the
+/// `drawing` is true while the viewport does not show the newest result yet; `exporting` is the text of the exports in the
 /// background. Returns true if that was clicked.
 pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool, exporting: Option<&str>) -> bool {
     let mut asked = false;
@@ -325,7 +325,7 @@ pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool, exportin
             ui.colored_label(ui.visuals().error_fg_color, nodes);
         }
         if let Some(exporting) = exporting {
-            asked = ui.link(exporting).on_hover_text("Show the builds").clicked();
+            asked = ui.link(exporting).on_hover_text("Show the exports").clicked();
         }
         if let Some(detail) = session.detail() {
             ui.add(egui::Label::new(RichText::new(detail_text(session, detail)).weak()).truncate());

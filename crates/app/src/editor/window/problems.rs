@@ -203,7 +203,7 @@ fn expectations(ui: &mut Ui, session: &Session) {
                 let is_coarse = figures.is_some_and(|checked| checked.is_coarse);
                 let outside = match figure.is_met() {
                     true => "",
-                    false if is_coarse => ", outside on these cells",
+                    false if is_coarse => ", out of bounds at this cell size",
                     false => continue,
                 };
                 format!("{}: {} ({}{outside})", one.measure.name, one.display(figure.value), one.bounds_text())

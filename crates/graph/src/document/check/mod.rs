@@ -44,7 +44,7 @@ use crate::{
 };
 
 /// The newest version of the file format that this program reads.
-pub(super) const FORMAT: i64 = 1;
+pub(in crate::document) const FORMAT: i64 = 1;
 
 /// A node of the file, in file order.
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! Moving nodes into a graph file of their own, which a `Subgraph` uses in their place.
+//! Moving nodes into a new graph file, which a `Subgraph` uses in their place.
 //!
 //! The inputs of the new file are the wires that enter the selection: one for each output outside and type of input.
 //! Its outputs are those that something outside reads. What the outer file exposes of the selected nodes, the new file
@@ -16,6 +16,7 @@ use crate::{
     diagnostic::Severity,
     document::{
         Document, NamedInput, NamedParameter, Place,
+        check::FORMAT,
         subgraph::{FILE, RESERVED, SUBGRAPH},
         syntax::{format::format_source, lex::quote},
     },
@@ -23,7 +24,7 @@ use crate::{
     value::PortType,
 };
 
-/// Nodes to move into a graph file of their own.
+/// Nodes to move into a new graph file.
 #[derive(Clone, Debug)]
 pub struct Extract {
     /// Their names.
@@ -80,7 +81,7 @@ impl Names {
 }
 
 impl Document {
-    /// Prepares to move nodes into a graph file of their own. Every output of this document stays the same, to the
+    /// Prepares to move nodes into a new graph file. Every output of this document stays the same, to the
     /// byte.
     ///
     /// # Errors
@@ -237,7 +238,7 @@ impl Document {
         outputs: &[(String, Port)],
     ) -> Result<String, EditError> {
         let graph = self.graph();
-        let mut fields = "\n    format: 1,".to_owned();
+        let mut fields = format!("\n    format: {FORMAT},");
         // Writing to a string cannot fail.
         if let Some(world) = self.field_text("world") {
             let _ = write!(fields, "\n    world: {world},");

@@ -7,7 +7,7 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::{Edit, EditError, editor::refused};
+use super::{Edit, EditError, editor::refused, fresh::fresh_name};
 use crate::{
     document::{Document, Place},
     graph::{Instance, Port},
@@ -59,7 +59,6 @@ impl Document {
             return Err(EditError::Refused { message, hint: Some("remove that parameter first".to_owned()) });
         }
         let mut copy = Self::clone(inner);
-        copy.apply(&Edit::All(copy.nodes().iter().map(|entry| Edit::Migrate { node: entry.name.clone() }).collect()))?;
         // The names of files become relative to this document.
         copy.move_to(&self.path().map_or_else(|| self.folder().join("outer.ron"), Path::to_owned));
         let places = self.rename(&mut copy, name, places)?;
@@ -85,9 +84,8 @@ impl Document {
         for entry in inner.nodes() {
             let mut name = entry.name.clone();
             if self.node(&name).is_some() {
-                let stem = name.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
-                let free = (2..).map(|number| format!("{stem}{number}")).find(|name| !taken.contains(name));
-                name = free.unwrap_or_default();
+                let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+                name = fresh_name(stem, |name| taken.contains(name));
                 taken.insert(name.clone());
                 renames.push(Edit::RenameNode { from: entry.name.clone(), to: name.clone() });
             }
@@ -99,7 +97,7 @@ impl Document {
 }
 
 impl Inlining<'_> {
-    /// The nodes of the file as they are written, with their mutes and notes.
+    /// The nodes of the file as they are written, with their mutes, notes and routes of wires.
     fn added(&self, places: &BTreeMap<String, Option<[f64; 2]>>) -> Vec<Edit> {
         let inner = &self.inner;
         let added = inner.nodes().iter().map(|entry| Edit::AddWritten {
@@ -111,7 +109,12 @@ impl Inlining<'_> {
         let muted = muted.map(|entry| Edit::SetMuted { node: entry.name.clone(), muted: true });
         let notes = inner.nodes().iter().filter(|entry| !entry.note.is_empty());
         let notes = notes.map(|entry| Edit::SetNote { node: entry.name.clone(), note: entry.note.clone() });
-        added.chain(muted).chain(notes).collect()
+        let ways = inner.reroutes().iter().map(|way| Edit::SetReroutes {
+            node: way.node.clone(),
+            input: way.input.clone(),
+            places: way.places.clone(),
+        });
+        added.chain(muted).chain(notes).chain(ways).collect()
     }
 
     /// What the `Subgraph` sets: parameters, numbers and wires at their places, and seeds.

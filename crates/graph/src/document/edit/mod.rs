@@ -4,6 +4,7 @@ pub(crate) mod diff;
 pub(crate) mod editor;
 mod excerpt;
 pub(crate) mod extract;
+pub(crate) mod fresh;
 pub(crate) mod history;
 pub(crate) mod inline;
 pub(crate) mod journal;

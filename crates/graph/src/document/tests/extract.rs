@@ -212,6 +212,21 @@ fn the_sea_level_of_an_older_node_stays_with_the_graph() {
 }
 
 #[test]
+fn the_sea_level_of_an_older_node_in_the_file_comes_back_with_it() {
+    let (folder, mut document) = outer(r#"(nodes: { "a": Ridged, "c": Coast(height: "a") }, outputs: { "o": "c" })"#);
+    let file = extracted(&mut document, &["c"]);
+    let older = file.replacen("Coast(version: 3)", "Coast(water: 12)", 1);
+    assert!(older.contains("Coast(water: 12),"), "{older}");
+    std::fs::write(folder.path().join("part.ron"), older).expect("written");
+    let mut document = Document::parse_at(document.source().to_owned(), folder.path().join("outer.ron"), &registry());
+    assert_eq!((document.problems(), document.world().sea_level), (&[][..], Some(12.0)));
+    let before = results(&document);
+    let inlined = document.inline("part", &BTreeMap::new()).expect("it can be inlined");
+    document.apply(&inlined.edit).expect("an edit that fits the document");
+    assert_eq!((results(&document), document.world().sea_level), (before, Some(12.0)), "{}", document.source());
+}
+
+#[test]
 fn what_cannot_be_moved_is_refused_with_the_reason() {
     let refusal = |document: &Document, nodes: &[&str]| {
         document.extract(&part(nodes)).expect_err("it cannot be moved").to_string()

@@ -4,7 +4,7 @@ use std::{
     collections::BTreeMap,
     path::PathBuf,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
-    thread,
+    thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
 
@@ -35,7 +35,7 @@ pub(super) struct State {
     share: f32,
     /// The running nodes, and their finished parts.
     running: BTreeMap<NodeIndex, f32>,
-    /// The name of the node that told its progress last.
+    /// The name of the node that last reported progress.
     pub(super) node: Option<String>,
     /// True while files are written.
     pub(super) writing: bool,
@@ -46,23 +46,24 @@ pub(super) struct State {
 }
 
 impl State {
-    /// That of a build that could not start.
+    /// A build that failed to start.
     pub(super) fn failed(failure: Failure) -> Self {
         Self { end: Some(Err(failure)), ..Self::default() }
     }
 
-    /// The finished part, 0 to 1: by the time of the kernels, or by their number if results come from the cache.
+    /// The finished part, 0 to 1, by the time of the kernels. Which results come from the cache is not known before:
+    /// kernels to run that have not begun count as the mean of all nodes that have not.
     pub(super) fn fraction(&self) -> f32 {
         if self.writing {
             return 1.0;
         }
-        let fraction = if self.planned == self.shares.len() {
-            let share = |(node, part): (&NodeIndex, &f32)| self.shares.get(node).copied().unwrap_or_default() * part;
-            self.share + self.running.iter().map(share).sum::<f32>()
-        } else {
-            (self.finished as f32 + self.running.values().sum::<f32>()) / self.planned.max(1) as f32
-        };
-        fraction.clamp(0.0, 1.0)
+        let share = |node: &NodeIndex| self.shares.get(node).copied().unwrap_or_default();
+        let done = self.share + self.running.iter().map(|(node, part)| share(node) * part).sum::<f32>();
+        let begun = self.share + self.running.keys().map(share).sum::<f32>();
+        let count = self.finished + self.running.len();
+        let others = self.shares.len().saturating_sub(count).max(1) as f32;
+        let left = (1.0 - begun).max(0.0) * self.planned.saturating_sub(count) as f32 / others;
+        if begun + left > 0.0 { (done / (begun + left)).clamp(0.0, 1.0) } else { 0.0 }
     }
 
     /// The time that it will still take, if it goes on as until now. Returns None at the beginning and the end.
@@ -101,6 +102,7 @@ impl State {
 pub(super) struct Job {
     state: Arc<Mutex<State>>,
     cancel: Cancel,
+    thread: JoinHandle<()>,
 }
 
 impl Job {
@@ -118,22 +120,29 @@ impl Job {
         context: &Context,
     ) -> Result<Self, Failure> {
         let state = State { began: Some(machine::now()), shares: Arc::new(shares), ..State::default() };
-        let job = Self { state: Arc::new(Mutex::new(state)), cancel: Cancel::default() };
-        let (state, cancel, context) = (Arc::clone(&job.state), job.cancel.clone(), context.clone());
+        let (state, cancel) = (Arc::new(Mutex::new(state)), Cancel::default());
+        let (shared, stop, context) = (Arc::clone(&state), cancel.clone(), context.clone());
         let builder = Builder::sharing(Arc::clone(evaluator));
         let work = move || {
-            let teller = Teller { state, context };
-            let built = builder.build(&request, &folder, &options, &cancel, &teller);
+            let teller = Teller { state: shared, context };
+            let built = builder.build(&request, &folder, &options, &stop, &teller);
             teller.tell(|state| state.end = Some(built));
         };
         let thread = thread::Builder::new().name("export".to_owned());
-        thread.spawn(work).map_err(|error| Failure::unable(format!("cannot start a thread: {error}")))?;
-        Ok(job)
+        let thread = thread.spawn(work);
+        let thread = thread.map_err(|error| Failure::unable(format!("cannot start a thread: {error}")))?;
+        Ok(Self { state, cancel, thread })
     }
 
     /// The current progress.
     pub(super) fn state(&self) -> State {
-        lock(&self.state).clone()
+        // Asked first: a thread that ends well has written its result before.
+        let is_over = self.thread.is_finished();
+        let mut state = lock(&self.state).clone();
+        if is_over && state.end.is_none() {
+            state.end = Some(Err(Failure::unable("the export ended unexpectedly".to_owned())));
+        }
+        state
     }
 
     /// Cancels the build; then nothing is written.
@@ -210,8 +219,11 @@ mod tests {
         state.began = state.began.and_then(|began| began.checked_sub(Duration::from_secs(11)));
         let left = state.remaining().expect("it is known").as_secs_f32();
         assert!((8.8..9.3).contains(&left), "{left}");
-        // With results from the cache, the shares do not add up.
-        state.event(&Event::Planned { compute: 4, cached: 1 });
-        assert!((state.fraction() - 0.375).abs() < 1e-6);
+        // With a result from the cache, the others are all that is to be done.
+        let mut state = State { shares: Arc::clone(&state.shares), ..State::default() };
+        state.event(&Event::Planned { compute: 1, cached: 1 });
+        assert_eq!(state.fraction(), 0.0);
+        state.event(&progress(b, 0.5));
+        assert!((state.fraction() - 0.5).abs() < 1e-6);
     }
 }

@@ -77,7 +77,7 @@ impl Export {
 
     /// Runs the builds, and shows the window if it is open.
     pub(crate) fn ui(&mut self, context: &Context, session: &mut Session) {
-        self.queue.poll(context, session, self.open);
+        self.queue.poll(context, session);
         if !self.open {
             return;
         }

@@ -14,8 +14,14 @@ use super::{
     result,
 };
 use crate::{
-    build::request::Request, editor::Session, export::outputs::OutputOptions, report::failure::Exit,
-    report::progress::seconds,
+    build::request::Request,
+    editor::Session,
+    export::outputs::OutputOptions,
+    report::{
+        failure::{Exit, Failure},
+        progress::seconds,
+        terminal::counted,
+    },
 };
 
 /// Builds in the order in which they were asked for.
@@ -46,7 +52,7 @@ enum Stage {
     Ended(Box<State>),
 }
 
-/// What a waiting build will do.
+/// The settings of a waiting build.
 #[derive(Debug)]
 struct Order {
     request: Request,
@@ -70,8 +76,8 @@ impl Queue {
         self.follows = true;
     }
 
-    /// Starts the next build if none runs, and reports those that have ended; in a message, unless the list is shown.
-    pub(super) fn poll(&mut self, context: &Context, session: &mut Session, shown: bool) {
+    /// Starts the next build if none runs, and reports those that have ended.
+    pub(super) fn poll(&mut self, context: &Context, session: &mut Session) {
         let mut ended = false;
         for build in &mut self.builds {
             let Stage::Running(job) = &build.stage else { continue };
@@ -79,25 +85,20 @@ impl Queue {
             if let Some(end) = &state.end {
                 match end {
                     Ok(built) => {
-                        let count = built.files.len();
-                        let files = if count == 1 { "1 file".to_owned() } else { format!("{count} files") };
-                        let text = format!("Exported {files} to {} in {}", build.folder.display(), seconds(built.time));
-                        session.note(text, false);
+                        let (files, folder) = (counted(built.files.len(), "file"), build.folder.display());
+                        session.note(format!("Exported {files} to {folder} in {}", seconds(built.time)), false);
+                        ended = true;
                     }
-                    Err(failure) if !shown && failure.exit != Exit::Stopped => {
-                        session.note(format!("The export of {} failed: {failure}", build.title), true);
-                    }
-                    Err(_) => {}
+                    Err(failure) => ended |= build.failed(session, failure),
                 }
                 build.stage = Stage::Ended(Box::new(state));
-                ended = true;
             }
         }
         let runs = |build: &Build| matches!(build.stage, Stage::Running(_));
         while !self.builds.iter().any(runs)
             && let Some(next) = self.builds.iter_mut().find(|build| matches!(build.stage, Stage::Waiting(_)))
         {
-            next.begin(context, session);
+            ended |= !next.begin(context, session);
         }
         if ended && !self.builds.iter().any(runs) {
             context.send_viewport_cmd(ViewportCommand::RequestUserAttention(UserAttentionType::Informational));
@@ -125,7 +126,7 @@ impl Queue {
         }
         ui.separator();
         ui.horizontal(|ui| {
-            ui.strong("Builds");
+            ui.strong("Exports");
             let ended = |build: &Build| matches!(build.stage, Stage::Ended(_));
             if self.builds.iter().filter(|build| ended(build)).count() > 1 && ui.small_button("Clear").clicked() {
                 self.builds.retain(|build| !ended(build));
@@ -153,14 +154,35 @@ impl Queue {
 }
 
 impl Build {
-    /// Starts to build.
-    fn begin(&mut self, context: &Context, session: &Session) {
-        let Stage::Waiting(order) = &self.stage else { return };
-        let (request, options, shares) = (order.request.clone(), order.options.clone(), order.shares.clone());
-        self.stage = match Job::start(session.evaluator(), request, self.folder.clone(), options, shares, context) {
-            Ok(job) => Stage::Running(job),
-            Err(failure) => Stage::Ended(Box::new(State::failed(failure))),
+    /// Starts to build, if it waits. Returns false if it failed at once.
+    fn begin(&mut self, context: &Context, session: &mut Session) -> bool {
+        let nothing = Stage::Ended(Box::default());
+        let order = match std::mem::replace(&mut self.stage, nothing) {
+            Stage::Waiting(order) => *order,
+            other => {
+                self.stage = other;
+                return true;
+            }
         };
+        let Order { request, options, shares } = order;
+        match Job::start(session.evaluator(), request, self.folder.clone(), options, shares, context) {
+            Ok(job) => self.stage = Stage::Running(job),
+            Err(failure) => {
+                self.failed(session, &failure);
+                self.stage = Stage::Ended(Box::new(State::failed(failure)));
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Reports a failure. Returns false if it is that the build was cancelled, which needs no message.
+    fn failed(&self, session: &mut Session, failure: &Failure) -> bool {
+        let is_failure = failure.exit != Exit::Stopped;
+        if is_failure {
+            session.note(format!("The export of {} failed: {failure}", self.title), true);
+        }
+        is_failure
     }
 
     /// The build with its progress or result. Returns true if it is to be removed.
@@ -207,7 +229,7 @@ impl Build {
 fn doing(job: &Job, state: &State) -> String {
     let node = state.node.as_deref().unwrap_or_default();
     match (job.is_cancelled(), state.writing) {
-        (true, _) => "Stopping".to_owned(),
+        (true, _) => "Cancelling".to_owned(),
         (_, true) => "Writing files".to_owned(),
         _ => {
             let left = state.remaining().map_or_else(String::new, |time| format!("{}, ", left(time)));

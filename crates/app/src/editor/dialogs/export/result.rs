@@ -10,14 +10,12 @@ use orograph_graph::bytes;
 
 use crate::{
     build::Built,
-    report::{failure::Failure, progress::seconds},
+    report::{failure::Failure, progress::seconds, terminal::counted},
 };
 
 /// The number of files that were written, and the time.
 pub(super) fn headline(built: &Built) -> String {
-    let count = built.files.len();
-    let files = if count == 1 { "1 file".to_owned() } else { format!("{count} files") };
-    format!("Wrote {files} in {}", seconds(built.time))
+    format!("Wrote {} in {}", counted(built.files.len(), "file"), seconds(built.time))
 }
 
 /// The written files, their import settings, and a button to open the folder.
