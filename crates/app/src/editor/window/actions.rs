@@ -135,7 +135,9 @@ impl Action {
             Self::Subgraph => {
                 graph("Make subgraph…", "Move the selected nodes into a new graph file", &[(CTRL, Key::G)])
             }
-            Self::Inline => graph("Inline subgraph", "Replace a Subgraph by the nodes of its file", &[(BOTH, Key::G)]),
+            Self::Inline => {
+                graph("Inline subgraph", "Replace a Subgraph with the nodes of its file", &[(BOTH, Key::G)])
+            }
             Self::Rename => graph("Name and note…", "Name and note", &[(NONE, Key::F2)]),
             Self::Mute => graph("Mute", "Mute: bypass the node", &[(NONE, Key::M)]),
             Self::Collapse => graph("Collapse", "Collapse or expand", &[(NONE, Key::H)]),
