@@ -1,7 +1,7 @@
 //! The graph: node instances and the wires between them, on petgraph.
 
 use std::{
-    collections::{BTreeMap, HashMap, HashSet, VecDeque},
+    collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque},
     sync::{Arc, OnceLock},
 };
 
@@ -209,6 +209,18 @@ impl Graph {
     pub fn topological(&self) -> Vec<NodeIndex> {
         // Connecting refuses cycles, so there is an order.
         petgraph::algo::toposort(&self.inner, None).unwrap_or_default()
+    }
+
+    /// Nodes and all that they depend on.
+    #[must_use]
+    pub fn upstream(&self, nodes: impl IntoIterator<Item = NodeIndex>) -> BTreeSet<NodeIndex> {
+        let mut found: BTreeSet<NodeIndex> = nodes.into_iter().collect();
+        let mut next: Vec<NodeIndex> = found.iter().copied().collect();
+        while let Some(node) = next.pop() {
+            let sources = self.inner.neighbors_directed(node, Direction::Incoming);
+            next.extend(sources.filter(|source| found.insert(*source)));
+        }
+        found
     }
 
     /// The output that a source such as `rivers` or `rivers.area` refers to; without a port, the first output.

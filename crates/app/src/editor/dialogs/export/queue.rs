@@ -258,13 +258,7 @@ fn warnings(ui: &mut Ui, state: &State) {
 /// whose time is not known takes as long as the mean of the others.
 fn shares(session: &Session, request: &Request) -> BTreeMap<NodeIndex, f32> {
     let graph = &request.graph;
-    let mut needed: BTreeSet<NodeIndex> = request.outputs.iter().map(|output| output.port.node).collect();
-    let mut next: Vec<NodeIndex> = needed.iter().copied().collect();
-    while let Some(node) = next.pop() {
-        let inputs = 0..graph.instance(node).node.inputs.len();
-        let sources = inputs.filter_map(|input| graph.source(node, input)).map(|port| port.node);
-        next.extend(sources.filter(|source| needed.insert(*source)));
-    }
+    let needed = graph.upstream(request.outputs.iter().map(|output| output.port.node));
     let time = |node: NodeIndex| session.info(&graph.instance(node).name).time.map(|(time, _)| time.as_secs_f32());
     let known: Vec<f32> = needed.iter().filter_map(|node| time(*node)).collect();
     let mean = if known.is_empty() { 1.0 } else { known.iter().sum::<f32>() / known.len() as f32 };

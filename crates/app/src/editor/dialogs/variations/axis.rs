@@ -1,7 +1,5 @@
 //! A side of a grid of two parameters: the parameter, and the range of its values.
 
-use std::collections::BTreeSet;
-
 use egui::{ComboBox, RichText, TextEdit, Ui};
 use orograph_graph::{Edit, Fallback, Graph, Kind, NodeIndex, ParamValue, Port, Unit};
 
@@ -31,7 +29,7 @@ impl Subject {
     /// The numbers that the output depends on; those of selected nodes first, then the nearest upstream.
     pub(super) fn all(session: &Session, port: Port) -> Vec<Self> {
         let (document, graph) = (session.document(), session.document().graph());
-        let upstream = upstream(graph, port.node);
+        let upstream = graph.upstream([port.node]);
         let mut nodes: Vec<NodeIndex> = graph.topological().into_iter().rev().collect();
         nodes.retain(|node| upstream.contains(node) && !document.is_muted(*node));
         nodes.sort_by_key(|node| !session.is_selected(&graph.instance(*node).name));
@@ -82,27 +80,15 @@ impl Subject {
         }
     }
 
-    /// A range around the present value: from half of it to one and a half, or that of the slider.
+    /// A range with the present value in its middle: half of it to one and a half, or less if a file may not use that;
+    /// that of the slider if the value is zero or at an end of what a file may use.
     fn range(&self) -> [f64; 2] {
         let [low, high] = self.hard;
-        let around = if self.now > 0.0 { [0.5 * self.now, 1.5 * self.now] } else { self.soft };
-        let mut range = around.map(|value| value.clamp(low, high));
-        if self.kind == Number::Whole {
-            range = [range[0].floor(), range[1].ceil()];
-        }
-        if range[0] < range[1] { range } else { self.soft }
+        let half = 0.5 * self.now.abs();
+        let half = if self.kind == Number::Whole { half.ceil() } else { half };
+        let half = half.min(self.now - low).min(high - self.now);
+        if half > 0.0 { [self.now - half, self.now + half] } else { self.soft }
     }
-}
-
-/// The nodes that a node depends on, and itself.
-fn upstream(graph: &Graph, node: NodeIndex) -> BTreeSet<NodeIndex> {
-    let (mut found, mut next) = (BTreeSet::from([node]), vec![node]);
-    while let Some(node) = next.pop() {
-        let inputs = 0..graph.instance(node).node.inputs.len();
-        let sources = inputs.filter_map(|input| graph.source(node, input)).map(|port| port.node);
-        next.extend(sources.filter(|source| found.insert(*source)));
-    }
-    found
 }
 
 /// A side of the grid.
@@ -139,7 +125,7 @@ impl Axis {
         };
         let (from, to) = (end(&self.ends[0])?, end(&self.ends[1])?);
         if from >= to {
-            return Err(format!("the range of {} is empty", self.subject.label()));
+            return Err(format!("{}: \"from\" must be less than \"to\"", self.subject.label()));
         }
         let step = |at: usize| {
             let value = from + (to - from) * at as f64 / (steps.max(2) - 1) as f64;
@@ -202,6 +188,8 @@ mod tests {
         assert_eq!(at_zero.values(3), Ok(vec![100.0, 2550.0, 5000.0]));
         let whole = Axis::new(Subject { unit: Unit::Count, ..subject(3.0, Number::Whole) });
         assert_eq!(whole.values(5), Ok(vec![1.0, 2.0, 3.0, 4.0, 5.0]));
+        let low = Axis::new(Subject { hard: [-900.0, 1e6], ..subject(-800.0, Number::Real) });
+        assert_eq!(low.values(3), Ok(vec![-900.0, -800.0, -700.0]));
         let few = Axis { ends: ["2".to_owned(), "4".to_owned()], ..whole };
         assert_eq!(few.values(5), Ok(vec![2.0, 3.0, 4.0]));
     }
@@ -213,7 +201,7 @@ mod tests {
             Axis { subject: subject(800.0, Number::Real), ends }.values(3)
         };
         assert_eq!(with("1 km", "2 km"), Ok(vec![1000.0, 1500.0, 2000.0]));
-        assert_eq!(with("2 km", "1 km"), Err("the range of a.size is empty".to_owned()));
+        assert_eq!(with("2 km", "1 km"), Err("a.size: \"from\" must be less than \"to\"".to_owned()));
         assert_eq!(with("-1", "5"), Err("a.size can be 0 m to 1000 km".to_owned()));
         assert!(with("1 yr", "5").is_err_and(|reason| reason.contains("a.size: ")));
     }

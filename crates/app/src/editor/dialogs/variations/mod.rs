@@ -74,8 +74,10 @@ impl Plane {
         down.iter().flat_map(of).collect()
     }
 
-    /// The parameters and their ranges. Returns true if something was changed.
+    /// The parameters and their ranges. Returns true if other values are wanted.
     fn ui(&mut self, ui: &mut Ui) -> bool {
+        let state = |plane: &Self| (plane.across.subject.label(), plane.down.subject.label(), plane.values.clone());
+        let before = state(self);
         let mut changed = self.across.ui(ui, "Across", &self.subjects, &self.down.subject);
         changed |= self.down.ui(ui, "Down", &self.subjects, &self.across.subject);
         ui.horizontal(|ui| {
@@ -89,7 +91,7 @@ impl Plane {
         if let Err(reason) = &self.values {
             ui.label(RichText::new(reason).color(ui.visuals().error_fg_color));
         }
-        changed
+        changed && state(self) != before
     }
 
     /// The pictures, with the values at their edges; returns the position of the one that was clicked.

@@ -9,8 +9,9 @@ use orograph_graph::{Edit, Instance, Kind, ParamSpec, ParamValue, Unit};
 use super::Projection;
 use crate::editor::{Session, viewport::scale};
 
-/// The lengths, each with the share of it that an arm has.
-const LENGTHS: [(&str, f64); 3] = [("radius", 1.0), ("diameter", 0.5), ("length", 1.0)];
+/// The lengths, each with the share of it that an arm has: without and with an azimuth. A length with a direction lies
+/// half on each side of the centre.
+const LENGTHS: [(&str, [f64; 2]); 3] = [("radius", [1.0, 1.0]), ("diameter", [0.5, 0.5]), ("length", [1.0, 0.5])];
 /// The length on the screen of an arm that is a direction only, in points.
 const DIRECTION: f64 = 70.0;
 /// The direction of an arm without an azimuth: east.
@@ -22,12 +23,22 @@ const TURNS: [f64; 2] = [0.5, 15.0];
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Length {
     param: &'static str,
-    /// The component of a pair.
-    axis: Option<usize>,
+    part: Part,
     /// The share of the value that the arm has.
     share: f64,
     value: f64,
     hard: [f64; 2],
+}
+
+/// What a length is of its parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    /// The only value.
+    Whole,
+    /// A component of a pair: the width or the length of a figure.
+    Component(usize),
+    /// Both components, which are equal: the diameter of a disc.
+    Both,
 }
 
 /// An arm of the selected node.
@@ -80,9 +91,8 @@ impl Arm {
                 && let Kind::Float { hard, .. } = spec.kind
                 && spec.unit == Unit::Metres
             {
-                // A length with a direction lies half on each side of the centre.
-                let share = if azimuth.is_some() { 0.5 } else { share };
-                let length = Length { param: spec.name, axis: None, share, value: *value, hard };
+                let share = share[usize::from(azimuth.is_some())];
+                let length = Length { param: spec.name, part: Part::Whole, share, value: *value, hard };
                 arms.push(arm(Some(length), azimuth.unwrap_or(EAST), azimuth.is_some(), [0.0; 2]));
             }
         }
@@ -90,11 +100,17 @@ impl Arm {
             && let Kind::Point { place: false, hard, .. } = spec.kind
             && spec.unit == Unit::Metres
         {
-            // The second component lies along the azimuth, the first one across it.
-            for (axis, turn) in [(1, 0.0), (0, EAST)] {
-                let length = Length { param: spec.name, axis: Some(axis), share: 0.5, value: size[axis], hard };
-                let direction = azimuth.unwrap_or_default() + turn;
-                arms.push(arm(Some(length), direction, azimuth.is_some() && axis == 1, *size));
+            let length = |part, value| Length { param: spec.name, part, share: 0.5, value, hard };
+            if azimuth.is_none() && specs.iter().any(|spec| spec.name == "azimuth") {
+                // A figure whose direction has no effect is a disc, as wide as the smaller component.
+                arms.push(arm(Some(length(Part::Both, size[0].min(size[1]))), EAST, false, *size));
+            } else {
+                // The second component lies along the azimuth, the first one across it.
+                for (axis, turn) in [(1, 0.0), (0, EAST)] {
+                    let length = length(Part::Component(axis), size[axis]);
+                    let direction = azimuth.unwrap_or_default() + turn;
+                    arms.push(arm(Some(length), direction, azimuth.is_some() && axis == 1, *size));
+                }
             }
         }
         if arms.is_empty()
@@ -107,9 +123,10 @@ impl Arm {
 
     /// The name of its parameters.
     pub(super) fn name(&self) -> String {
-        let length = self.length.map(|length| match length.axis {
-            Some(axis) => ["width", "length"][axis].to_owned(),
-            None => length.param.to_owned(),
+        let length = self.length.map(|length| match length.part {
+            Part::Component(axis) => ["width", "length"][axis].to_owned(),
+            Part::Both => "diameter".to_owned(),
+            Part::Whole => length.param.to_owned(),
         });
         let azimuth = self.turns.then(|| "azimuth".to_owned());
         length.into_iter().chain(azimuth).collect::<Vec<_>>().join(" and ")
@@ -124,7 +141,7 @@ impl Arm {
 
     /// Returns true if it is the radius of a circle.
     pub(super) fn is_circle(&self) -> bool {
-        !self.turns && self.length.is_some_and(|length| length.axis.is_none())
+        !self.turns && self.length.is_some_and(|length| !matches!(length.part, Part::Component(_)))
     }
 
     /// Its length in metres.
@@ -157,7 +174,7 @@ impl Arm {
         if self.turns && metres > 0.0 {
             let step = TURNS[usize::from(snaps)];
             moved.direction = ((east.atan2(-south).to_degrees() / step).round() * step).rem_euclid(360.0);
-        } else if self.length.is_some_and(|length| length.axis.is_some()) {
+        } else if self.length.is_some_and(|length| matches!(length.part, Part::Component(_))) {
             let (sin, cos) = self.direction.to_radians().sin_cos();
             metres = (east * sin - south * cos).abs();
         }
@@ -170,8 +187,10 @@ impl Arm {
                 projection.rounded([value, 0.0])[0]
             };
             length.value = value.clamp(length.hard[0], length.hard[1]);
-            if let Some(axis) = length.axis {
-                moved.pair[axis] = length.value;
+            match length.part {
+                Part::Whole => {}
+                Part::Component(axis) => moved.pair[axis] = length.value,
+                Part::Both => moved.pair = [length.value; 2],
             }
         }
         moved
@@ -181,8 +200,8 @@ impl Arm {
     pub(super) fn edit(&self) -> Edit {
         let set = |param: &str, value| Edit::SetParam { node: self.node.clone(), param: param.to_owned(), value };
         let length = self.length.map(|length| {
-            let value = length.axis.map_or(ParamValue::Float(length.value), |_| ParamValue::Point(self.pair));
-            set(length.param, value)
+            let is_value = length.part == Part::Whole;
+            set(length.param, if is_value { ParamValue::Float(length.value) } else { ParamValue::Point(self.pair) })
         });
         let azimuth = self.turns.then(|| set("azimuth", ParamValue::Float(self.direction)));
         Edit::All(length.into_iter().chain(azimuth).collect())
@@ -232,6 +251,9 @@ mod tests {
         assert_eq!((along.end(&view).map(f64::round), across.end(&view).map(f64::round)), ([50.0, 0.0], [0.0, 20.0]));
         let wider = across.moved([300.0, 35.0], false, &view);
         assert_eq!((wider.text().as_str(), wider.pair), ("70 m", [70.0, 100.0]));
+        let [disc] = arms("Shape(figure: disc, centre: (0, 0), size: (40, 100))");
+        assert_eq!((disc.name().as_str(), disc.text().as_str(), disc.is_circle()), ("diameter", "40 m", true));
+        assert_eq!(disc.moved([30.0, 40.0], false, &view).pair, [100.0, 100.0]);
         let [turn] = arms("Gradient(form: angular, centre: (0, 0), azimuth: 0)");
         assert_eq!((turn.name().as_str(), turn.end(&view)), ("azimuth", [0.0, -70.0]));
         let [] = arms("Ridged()");

@@ -14,7 +14,7 @@ const APART: [f32; 2] = [7.0, 44.0];
 const PIECES: [usize; 2] = [24, 2000];
 
 /// The largest number of handles that are exposed to accessibility tools.
-const TOLD: usize = 256;
+const MAX_EXPOSED: usize = 256;
 
 const LINE: Color32 = Color32::from_rgb(255, 214, 64);
 const FILL: Color32 = Color32::from_rgb(30, 34, 38);
@@ -83,10 +83,11 @@ pub(super) struct Handles {
 }
 
 impl Handles {
-    /// The handle at a point of the screen; points go before middles.
+    /// The handle at a point of the screen; points go before arms, and arms before middles.
     pub(super) fn near(&self, at: Pos2) -> Option<Grip> {
         let near = self.drawn.iter().filter(|(_, place, _)| place.distance(at) <= NEAR);
-        let rank = |grip: &Grip, place: &Pos2| (u8::from(grip.is_middle), place.distance(at));
+        let kind = |grip: &Grip| if grip.is_middle { 2 } else { u8::from(grip.as_arm().is_some()) };
+        let rank = |grip: &Grip, place: &Pos2| (kind(grip), place.distance(at));
         near.min_by(|(a, p, _), (b, q, _)| {
             let ((kind, far), (other, farther)) = (rank(a, p), rank(b, q));
             kind.cmp(&other).then(far.total_cmp(&farther))
@@ -137,8 +138,8 @@ impl Handles {
     }
 
     /// Exposes the handles to accessibility tools and to the tests.
-    pub(super) fn tell(&self, ui: &Ui, Drawn { arms, .. }: &Drawn<'_>) {
-        for (grip, at, place) in self.drawn.iter().take(TOLD) {
+    pub(super) fn expose(&self, ui: &Ui, Drawn { arms, .. }: &Drawn<'_>) {
+        for (grip, at, place) in self.drawn.iter().take(MAX_EXPOSED) {
             let id = Id::new("handle").with((grip.param, grip.point, grip.is_middle));
             let response = ui.interact(Rect::from_center_size(*at, Vec2::splat(10.0)), id, Sense::hover());
             let [x, y] = place.map(|metres| Unit::Metres.display(metres));
@@ -159,7 +160,10 @@ impl Handles {
             line(painter, projection, &arm.circle(projection), true);
         }
         let clip = painter.clip_rect().expand(NEAR);
-        if let Some(place) = (projection.to_screen)(end).filter(|at| clip.contains(*at)) {
+        // The handle of the centre would cover one nearer than this.
+        let centre = (projection.to_screen)(arm.centre);
+        let is_apart = |at: &Pos2| centre.is_none_or(|centre| centre.distance(*at) > NEAR);
+        if let Some(place) = (projection.to_screen)(end).filter(|at| clip.contains(*at) && is_apart(at)) {
             self.drawn.push((Grip::arm(at), place, end));
         }
     }

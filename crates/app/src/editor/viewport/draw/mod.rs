@@ -176,7 +176,7 @@ impl Draw {
         let arms = Arm::of_selection(session);
         let drawn = Drawn { shapes: &shapes, fresh, arms: &arms, picked, held };
         self.handles.draw((painter, response), projection, &drawn);
-        self.handles.tell(ui, &drawn);
+        self.handles.expose(ui, &drawn);
         ended
     }
 
