@@ -3,7 +3,7 @@
 //! The ground is a field g in metres: a sum of octaves of noise from half the length of the hillslopes √A₀ down to a few
 //! cells, of equal slope. Where hillslopes are in balance they have the height that they would have on even ground plus
 //! S g, with S their slope: along the way of the length d to a receiver, the law divides K by 1 + (g − gᵣ) / d, and the
-//! steepest stable slope is larger by the same factor. What a way gains on a knoll it loses behind it, so that the
+//! steepest stable slope S is that of the terrain less S g. What a way gains on a knoll it loses behind it, so that the
 //! heights of ridges depend neither on the ground nor on how much of it the cells can hold. With a K that varies over
 //! such distances the differences along a way would add up instead.
 
@@ -58,6 +58,12 @@ impl Ground {
     #[must_use]
     pub fn is_even(&self) -> bool {
         self.heights.is_empty()
+    }
+
+    /// g of every cell in metres; empty on even ground.
+    #[must_use]
+    pub fn heights(&self) -> &[f32] {
+        &self.heights
     }
 
     /// Returns true if slopes have a foot beside rivers, on cells of any size: where the ground is not meant to be even.

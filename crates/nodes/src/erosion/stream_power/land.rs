@@ -160,6 +160,18 @@ impl Steepest {
             Self::Each(slopes) => f64::from(slopes[cell]),
         }
     }
+
+    /// The mean of all cells where slopes are limited; 0 if they are nowhere.
+    fn mean(&self) -> f64 {
+        match self {
+            Self::Everywhere(slope) => *slope,
+            Self::Each(slopes) => {
+                let finite = slopes.iter().map(|slope| f64::from(*slope)).filter(|slope| slope.is_finite());
+                let (sum, count) = finite.fold((0.0, 0_u32), |(sum, count), slope| (sum + slope, count + 1));
+                if count > 0 { sum / f64::from(count) } else { 0.0 }
+            }
+        }
+    }
 }
 
 /// What a land is computed on; by default a single grid.
@@ -337,19 +349,22 @@ impl<'a> Land<'a> {
         }
     }
 
-    /// Lets slopes give way that are steeper than repose, on rough ground in the direction of the last routing.
+    /// Lets slopes give way that are steeper than repose.
     fn slide(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
         if matches!(self.steepest, Steepest::Everywhere(f64::INFINITY)) {
             return Ok(());
         }
         let mut heights = std::mem::take(&mut self.heights);
         let (grid, cell_m, steepest) = (&self.grid, self.cell_m, &self.steepest);
-        let slid = if self.ground.is_even() {
-            slides::settle(job, grid, &mut heights, cell_m, |cell| steepest.at(cell))
-        } else {
-            let links = self.links(0.0);
-            let limit = |cell: usize| steepest.at(cell) * links.steeper(cell, self.codes[cell]);
-            slides::settle(job, grid, &mut heights, cell_m, limit)
+        let limit = |cell: usize| steepest.at(cell);
+        let slid = match self.ground.heights() {
+            [] => slides::settle(job, grid, &mut heights, cell_m, limit),
+            ground => {
+                // One slope for all: where rock stands steeper from place to place, knolls do not.
+                let slope = steepest.mean();
+                let knoll = |cell: usize| slope * f64::from(ground[cell]);
+                slides::settle_on_knolls(job, grid, &mut heights, cell_m, limit, knoll)
+            }
         };
         self.heights = heights;
         slid

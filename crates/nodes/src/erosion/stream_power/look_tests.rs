@@ -30,8 +30,12 @@ fn look(changes: &str) -> Look {
 }
 
 fn output(changes: &str, name: &str) -> Vec<f32> {
+    output_on(SIDE, CELL_M, changes, name)
+}
+
+fn output_on(side: usize, cell_m: f64, changes: &str, name: &str) -> Vec<f32> {
     let boundary = Boundary::all(Edge::Inland);
-    let world = World { boundary, seed: 3, ..testing::world(SIDE as u32, SIDE as u32, CELL_M) };
+    let world = World { boundary, seed: 3, ..testing::world(side as u32, side as u32, cell_m) };
     let height = testing::field(world, |x, y| {
         150.0 * (math::sin(x / 900.0) * math::cos(y / 700.0) + math::sin((x + y) / 1300.0))
     });
@@ -180,4 +184,22 @@ fn hillslopes_are_rough_and_as_high_as_smooth_ones() {
     assert!(rough_along > 0.15 && rough_along > 1.3 * smooth_along, "{rough_along} {smooth_along}");
     let ratio = mean(&rough) / mean(&smooth);
     assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+}
+
+/// On small cells, steep rough ground has no walls along rows or columns: few cells are bent across a row or a column by
+/// much more than the others. With slides by the direction of flow, the 99.9th percentile was 9.0 medians instead of 7.4.
+#[test]
+fn steep_rough_ground_has_no_walls_along_rows_or_columns() {
+    const CELLS: usize = 256;
+    let heights = output_on(CELLS, 6.25, "", "height");
+    let at = |x: usize, y: usize| f64::from(heights[y * CELLS + x]);
+    let inner = || 4..CELLS - 4;
+    let bent = |x: usize, y: usize| {
+        let [row, column] = [at(x - 1, y) + at(x + 1, y), at(x, y - 1) + at(x, y + 1)];
+        [row, column].map(|beside| (beside - 2.0 * at(x, y)).abs())
+    };
+    let mut all: Vec<f64> = inner().flat_map(|y| inner().flat_map(move |x| bent(x, y))).collect();
+    all.sort_unstable_by(f64::total_cmp);
+    let ratio = all[all.len() * 999 / 1000] / all[all.len() / 2];
+    assert!(ratio < 8.2, "{ratio}");
 }
