@@ -5,3 +5,4 @@ mod running;
 mod shaders;
 mod storm;
 mod table;
+mod waves;
