@@ -84,8 +84,9 @@ fn drainage_equals_that_of_the_cpu() {
                 let mut found = run(&gpu, &case, &given, window, Wanted::ALL).expect("the kernel runs");
                 let name = format!("{:?}, {sinks}, runoff {is_wet}", window.world.cells);
                 for output in ["direction", "conditioned", "lake_depth", "lake"] {
-                    let equal = field(&mut found, output) == field(&mut expected, output);
-                    assert!(equal, "{output}: {name}");
+                    let [found, expected] = [&mut found, &mut expected].map(|outputs| field(outputs, output));
+                    // as numbers: a level of 0 may have either sign
+                    assert!(found.samples() == expected.samples(), "{output}: {name}");
                 }
                 // areas are whole numbers of cells, times a factor; these rates are whole numbers in the sums of runoff
                 for (output, most) in [("area", 2e-7), ("discharge", 4e-7)] {
