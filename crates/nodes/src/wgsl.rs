@@ -24,3 +24,5 @@ pub(crate) const PIPE: &str = wgsl!("lib/pipe");
 pub(crate) const PIPE_FACES: &str = wgsl!("lib/pipe_faces");
 /// Bed and water beyond the sides; it needs [`PIPE`].
 pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");
+/// Neighbours and receivers on a raster.
+pub(crate) const FLOW: &str = wgsl!("lib/flow");

@@ -1,7 +1,9 @@
 //! The GPU backend: shaders without a device, and on one the parity of every kernel with the CPU. See `docs/gpu.md`.
 
+mod drainage;
 mod parity;
 mod running;
 mod shaders;
 mod storm;
 mod table;
+mod waves;

@@ -14,7 +14,8 @@ use crate::{
 pub struct Work {
     /// Passes: dispatches, if the window fits a binding and the device is not busy for long.
     pub passes: u64,
-    /// Bytes per cell that the passes read and write, each raster once in each pass.
+    /// Bytes per cell that the passes read and write, each raster once in each pass; in passes over workgroups each
+    /// buffer that is named.
     pub bytes: u64,
     /// The least number of bytes per cell that any kernel must move: each raster that is wired to an input and each wanted
     /// output, once.
@@ -30,6 +31,8 @@ pub struct Count<'a> {
     job: &'a Job<'a>,
     work: Work,
     sizes: Vec<Size>,
+    /// Bytes that passes over workgroups read and write, and bytes of buffers of words.
+    words: [u64; 2],
     answer: u32,
 }
 
@@ -43,13 +46,20 @@ impl<'a> Count<'a> {
         });
         let written = (0..job.node.outputs.len()).filter(|output| job.wanted.contains(*output));
         let planes = read.sum::<usize>() + written.map(|output| job.planes(output)).sum::<usize>();
-        Self { job, work: Work { least: 4 * planes as u64, ..Work::default() }, sizes: Vec::new(), answer }
+        Self {
+            job,
+            work: Work { least: 4 * planes as u64, ..Work::default() },
+            sizes: Vec::new(),
+            words: [0; 2],
+            answer,
+        }
     }
 
     /// What was counted.
     #[must_use]
-    pub const fn work(&self) -> Work {
-        self.work
+    pub fn work(&self) -> Work {
+        let [bytes, scratch] = self.words.map(|bytes| bytes / self.job.window.len() as u64);
+        Work { bytes: self.work.bytes + bytes, scratch: self.work.scratch + scratch, ..self.work }
     }
 
     /// Returns true if a raster is bound to a slot, rather than a number, a table or nothing.
@@ -74,7 +84,10 @@ impl<'a> Count<'a> {
 impl Recorder for Count<'_> {
     fn scratch(&mut self, size: Size) -> Result<ScratchId, NodeError> {
         self.sizes.push(size);
-        self.work.scratch += 4 * u64::from(size == Size::Cells);
+        match size {
+            Size::Cells => self.work.scratch += 4,
+            Size::Words(words) => self.words[1] += 4 * words as u64,
+        }
         Ok(ScratchId(self.sizes.len() - 1))
     }
 
@@ -83,19 +96,38 @@ impl Recorder for Count<'_> {
     }
 
     fn clear(&mut self, scratch: ScratchId) -> Result<(), NodeError> {
-        self.work.bytes += 4 * u64::from(self.sizes.get(scratch.0) == Some(&Size::Cells));
+        match self.sizes.get(scratch.0) {
+            Some(Size::Cells) => self.work.bytes += 4,
+            Some(Size::Words(words)) => self.words[0] += 4 * *words as u64,
+            None => {}
+        }
         Ok(())
     }
 
     fn pass(&mut self, pass: &Pass<'_>) -> Result<(), NodeError> {
         self.work.passes += 1;
-        if let Over::Cells(_) = pass.over {
-            let rasters = pass.shader.slots.iter().filter(|slot| self.is_raster(pass, slot));
-            let bytes = rasters.map(|slot| match slot.access {
-                Access::Read | Access::Write => 4,
-                Access::Update => 8,
-            });
-            self.work.bytes += bytes.sum::<u64>();
+        let moved = |slot: &Slot| match slot.access {
+            Access::Read | Access::Write => 4,
+            Access::Update => 8,
+        };
+        let slots = pass.shader.slots.iter();
+        match pass.over {
+            Over::Cells(_) => {
+                self.work.bytes += slots.filter(|slot| self.is_raster(pass, slot)).map(moved).sum::<u64>()
+            }
+            Over::Groups(_) => {
+                let cells = self.job.window.len() as u64;
+                let size = |slot: &Slot| match pass.bound(slot) {
+                    Some(Bind::Scratch(id)) => match self.sizes.get(id.0) {
+                        Some(Size::Words(words)) => *words as u64,
+                        Some(Size::Cells) => cells,
+                        None => 0,
+                    },
+                    Some(Bind::Input(..) | Bind::Output(..)) => cells,
+                    None => 0,
+                };
+                self.words[0] += slots.map(|slot| size(slot) * moved(slot)).sum::<u64>();
+            }
         }
         Ok(())
     }

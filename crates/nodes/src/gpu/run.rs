@@ -394,6 +394,10 @@ impl Recorder for Run<'_> {
             Size::Cells => 4 * self.job.window.len() as u64,
             Size::Words(words) => 4 * words.max(1) as u64,
         };
+        // words are bound as a whole
+        if matches!(size, Size::Words(_)) && bytes > self.gpu.memory.device.limits.max_storage_buffer_binding_size {
+            return Err(self.failed(Trouble::TooLarge(orograph_graph::bytes(bytes))));
+        }
         let block = self.gpu.memory.block(bytes).map_err(|trouble| self.failed(trouble))?;
         if self.gpu.poison {
             let (device, nan) = (&self.gpu.memory.device, vec![0xff; block.buffer.size() as usize]);

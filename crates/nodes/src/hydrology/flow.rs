@@ -110,6 +110,7 @@ pub static NODE: Node = Node {
     reads_sea: true,
     scratch: Scratch::Bytes(scratch::scratch),
     cpu: run,
+    gpu: Some(&device::GPU),
     resolution: Resolution::Cells(
         "rivers are one cell wide, so the drainage area of a place depends on whether its cell has the river in it",
     ),
@@ -283,6 +284,7 @@ impl Water<'_> {
 #[cfg(test)]
 mod tests;
 
+mod device;
 mod scratch;
 #[cfg(test)]
 mod sinks_tests;

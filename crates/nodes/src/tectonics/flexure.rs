@@ -3,6 +3,8 @@
 //! D. L. Turcotte and G. Schubert (2002), "Geodynamics": a thin elastic plate on a fluid, `D ∇⁴w + (ρₘ − ρ_f) g w =
 //! q`, solved in wave numbers: `ŵ = q̂ / (D k⁴ + (ρₘ − ρ_f) g)`. The plate continues beyond the world without load.
 
+mod device;
+
 use orograph_graph::memory::zeroed;
 
 use crate::{
@@ -55,6 +57,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&device::GPU),
     example: "load: \"base\", elastic_thickness: 2000",
     ..Node::DEFAULT
 };
@@ -101,6 +104,11 @@ impl Params {
 }
 
 impl Plate {
+    /// Deflection of a load that is much wider than α, in metres per metre.
+    fn local(&self) -> f64 {
+        -CRUST * GRAVITY / self.restoring
+    }
+
     /// The flexural parameter α in metres.
     fn alpha_m(&self) -> f64 {
         (4.0 * self.rigidity / self.restoring).sqrt().sqrt()
@@ -124,7 +132,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let window = job.window();
     let load = Inputs::read(job)?.load.samples();
     if plate.rigidity == 0.0 {
-        let local = (-CRUST * GRAVITY / plate.restoring) as f32;
+        let local = plate.local() as f32;
         let mut deflection = zeroed(window.len())?;
         par::rows(job, &mut deflection, |j, row| {
             for (value, load) in row.iter_mut().zip(&load[j * window.nx()..]) {

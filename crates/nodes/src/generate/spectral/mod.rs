@@ -5,6 +5,7 @@
 //! and not to cells of a raster, the spectrum is bounded on both sides by scales in metres, and heights are in metres
 //! by a closed form instead of rescaling the result.
 
+mod device;
 pub(super) mod torus;
 
 use orograph_graph::World;
@@ -83,6 +84,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&device::GPU),
     resolution: Resolution::Within(0.05),
     example: "outer_scale: 8000, beta: 3",
     ..Node::DEFAULT
@@ -96,6 +98,14 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
+    checked(job, &params)?;
+    let power = Power::new(&params);
+    let height = params.torus(job.world()).sum(job, params.draw(job), &power)?;
+    Ok(Given { height: Some(Field::new(job.window(), height)) }.into())
+}
+
+/// Refuses scales the wrong way around, and warns of waves that the cells cannot represent.
+fn checked(job: &Job<'_>, params: &Params) -> Result<(), NodeError> {
     if params.inner_scale >= params.outer_scale {
         return Err(NodeError::failed_with_hint(
             "the shortest waves are not shorter than the longest",
@@ -105,14 +115,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     if 2.0 * job.cell_m() > params.outer_scale {
         job.warn("waves as long as `outer_scale` are shorter than two cells: the terrain is flat");
     }
-    let torus = params.torus(job.world());
-    let draw = Draw { seed: job.seed(), even: params.amplitudes == Amplitudes::Even };
-    let power = Power::new(&params);
-    let height = torus.sum(job, draw, &power)?;
-    Ok(Given { height: Some(Field::new(job.window(), height)) }.into())
+    Ok(())
 }
 
 impl Params {
+    fn draw(&self, job: &Job<'_>) -> Draw {
+        Draw { seed: job.seed(), even: self.amplitudes == Amplitudes::Even }
+    }
+
     fn torus(&self, world: &World) -> Torus {
         if self.tileable { Torus::tiled(world) } else { Torus::around(world, self.outer_scale * self.stretch.sqrt()) }
     }

@@ -44,7 +44,7 @@ pub(crate) struct Draw {
 
 /// Waves per cell at which waves begin to fade, and at which they end: two cells per wave. The fade is linear in their
 /// squares.
-const FADE: [f64; 2] = [0.25, 0.5];
+pub(super) const FADE: [f64; 2] = [0.25, 0.5];
 
 /// Rows that are summed at once: two in each lane.
 const ROWS: usize = 2 * LANES;
@@ -121,7 +121,7 @@ impl Torus {
     }
 
     /// Returns the waves for a world of that many cells.
-    fn waves<'a, S: Spectrum>(&self, cells: [usize; 2], draw: Draw, spectrum: &'a S) -> Waves<'a, S> {
+    pub(super) fn waves<'a, S: Spectrum>(&self, cells: [usize; 2], draw: Draw, spectrum: &'a S) -> Waves<'a, S> {
         let [width_m, height_m] = self.size_m;
         Waves {
             cells: [cells[0] * self.copies[0], cells[1] * self.copies[1]],
@@ -134,20 +134,20 @@ impl Torus {
 }
 
 /// The waves of a torus.
-struct Waves<'a, S> {
+pub(super) struct Waves<'a, S> {
     /// Cells along the sides of the torus.
-    cells: [usize; 2],
+    pub(super) cells: [usize; 2],
     /// Waves per metre at wavenumber 1.
-    per_m: [f64; 2],
+    pub(super) per_m: [f64; 2],
     /// 1 / root of the torus's area.
-    scale: f32,
+    pub(super) scale: f32,
     draw: Draw,
     spectrum: &'a S,
 }
 
 impl<S: Spectrum> Waves<'_, S> {
     /// Returns the largest wavenumber along an axis.
-    fn most(&self, axis: usize) -> usize {
+    pub(super) fn most(&self, axis: usize) -> usize {
         let by_spectrum = self.spectrum.end() / self.per_m[axis];
         // the smallest wavenumber that two cells per wave cannot represent is half the number of cells
         ((self.cells[axis] - 1) / 2).min(by_spectrum as usize)
@@ -209,7 +209,7 @@ simd! {
 
 /// Returns the phase, in 2³²nds of a turn, by which a wave of wavenumber `around` advances from the torus's corner to
 /// the centre of the first cell.
-fn to_first_cell(around: i64, cells: usize) -> u32 {
+pub(super) fn to_first_cell(around: i64, cells: usize) -> u32 {
     (around as f64 * (-2_147_483_648.0 / cells as f64)) as i64 as u32
 }
 

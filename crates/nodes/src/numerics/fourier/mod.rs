@@ -9,6 +9,7 @@
 //! Numbers are in double precision, or in single precision where the sum is a height in single precision: the relative
 //! root mean square error is then 1.5e-7 at 8192 places.
 
+pub(crate) mod device;
 pub(crate) mod grid;
 
 use std::{

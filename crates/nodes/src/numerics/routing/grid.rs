@@ -124,6 +124,18 @@ impl Grid {
         }
     }
 
+    /// Returns how water leaves across the sides: west, east, north, south.
+    #[must_use]
+    pub const fn sides(&self) -> [Outlet; 4] {
+        [self.west, self.east, self.north, self.south]
+    }
+
+    /// Returns true along each axis if its two sides are joined.
+    #[must_use]
+    pub const fn wraps(&self) -> [bool; 2] {
+        self.wrap
+    }
+
     /// Returns true if a side of the world is open.
     #[must_use]
     pub fn has_open_side(&self) -> bool {
