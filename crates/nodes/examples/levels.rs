@@ -4,8 +4,8 @@
 //!
 //! For each pair of cell counts, with the finer raster as means over the coarser cells: the root mean square difference
 //! of heights over their standard deviation, the difference of means, of mean slopes, and the smaller of the two shares
-//! of trunk cells (which drain ten times `headwater_area` and ten coarse cells) of one within one cell of a trunk of
-//! the other. The processor time is that of the whole graph on one thread, with an empty store and then with one that
+//! of trunk cells (above the sea, which drain ten times `headwater_area` and ten coarse cells) of one within one cell of
+//! a trunk of the other. The processor time is that of the whole graph on one thread, with an empty store and then with one that
 //! has the results on fewer cells; both must give the same bytes.
 
 use std::{error::Error, num::NonZero, path::Path};
@@ -13,8 +13,8 @@ use std::{error::Error, num::NonZero, path::Path};
 use orograph_graph::{Document, Evaluator, EvaluatorOptions, ParamValue, Port, Window};
 use orograph_nodes::registry;
 
-const GRAPHS: [&str; 10] =
-    ["alps", "hello", "ridge", "two_ranges", "ridges", "belts", "carve_dem", "fault", "ridged", "perlin"];
+const GRAPHS: [&str; 11] =
+    ["alps", "hello", "ridge", "two_ranges", "ridges", "belts", "carve_dem", "fault", "ridged", "perlin", "analytical"];
 const COUNTS: [u32; 4] = [128, 256, 512, 1024];
 const PAIRS: [(u32, u32); 4] = [(128, 1024), (256, 512), (256, 1024), (512, 1024)];
 
@@ -87,7 +87,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             let ((a, _), (b, [alone_us, after_us])) = (of(coarse)?, of(fine)?);
             let [heights, mean, slope] = compare(a, b, world.size[0]);
             let cell_m = world.size[0] / f64::from(coarse);
-            let trunks = near(a, b, (10.0 * headwaters_m2).max(10.0 * cell_m * cell_m));
+            let least_m2 = (10.0 * headwaters_m2).max(10.0 * cell_m * cell_m);
+            let trunks = near(a, b, least_m2, world.sea_level.unwrap_or(f64::NEG_INFINITY));
             println!(
                 "| {name} | {coarse}, {fine} | {heights:.1} % | {mean:+.2} % | {slope:+.1} % | {trunks:.1} % | {alone_us:.2} | {after_us:.2} |"
             );
@@ -99,14 +100,15 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn document(name: &str) -> Result<Document, Box<dyn Error>> {
     let graphs = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().find(|folder| folder.join("graphs").is_dir());
     let graphs = graphs.ok_or("no graphs")?.join("graphs");
-    let kind = match name {
-        "ridged" => "Ridged()",
-        "perlin" => "Perlin()",
+    let (kind, method) = match name {
+        "ridged" => ("Ridged()", "implicit"),
+        "analytical" => ("Ridged()", "analytical"),
+        "perlin" => ("Perlin()", "implicit"),
         _ => return Ok(Document::load(graphs.join(format!("{name}.ron")), &registry())?),
     };
     let text = format!(
-        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: 6, height: \"base\", uplift: 0.001) }}, \
-         outputs: {{ \"height\": \"rivers\" }})"
+        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: 7, height: \"base\", \
+         uplift: 0.001, method: {method}) }}, outputs: {{ \"height\": \"rivers\" }})"
     );
     Ok(Document::parse_in(text, graphs, &registry()))
 }
@@ -149,13 +151,16 @@ fn compare(coarse: &Terrain, fine: &Terrain, size_m: f64) -> [f64; 3] {
 }
 
 /// The share of trunk cells of either terrain that have one of the other in the same place or beside it, in percent.
-fn near(coarse: &Terrain, fine: &Terrain, least_m2: f64) -> f64 {
-    let (cells, by) = (coarse.cells, fine.cells / coarse.cells);
-    let mut trunks = [vec![false; cells * cells], vec![false; cells * cells]];
-    (0..cells * cells).for_each(|at| trunks[0][at] = coarse.areas[at] >= least_m2);
-    for (at, area_m2) in fine.areas.iter().enumerate() {
-        trunks[1][at / fine.cells / by * cells + at % fine.cells / by] |= *area_m2 >= least_m2;
-    }
+fn near(coarse: &Terrain, fine: &Terrain, least_m2: f64, sea_level_m: f64) -> f64 {
+    let cells = coarse.cells;
+    let trunks = [coarse, fine].map(|terrain| {
+        let (by, mut found) = (terrain.cells / cells, vec![false; cells * cells]);
+        for (at, (area_m2, height_m)) in terrain.areas.iter().zip(&terrain.heights).enumerate() {
+            let cell = at / terrain.cells / by * cells + at % terrain.cells / by;
+            found[cell] |= *area_m2 >= least_m2 && *height_m >= sea_level_m;
+        }
+        found
+    });
     let share = |of: &[bool], among: &[bool]| {
         let is_near = |at: usize| {
             let (x, y) = (at % cells, at / cells);

@@ -1,23 +1,19 @@
-//! The land at an age as a fixed point of its own drainage network, found on coarse cells first.
+//! The land at an age as a fixed point of its own drainage network, found on the coarsest level first.
 //!
 //! Rivers that compete for land take many rounds to settle, but the outlines of the network can be found on large
-//! cells, where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024).
+//! cells, where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024). The cells are those of the
+//! [`levels`](super::levels), so that the network does not depend on the cells that are asked for.
 
 use super::{
     Inputs, Params,
-    coarse::Coarse,
-    land::{Asked, Footing, Land, Work},
+    land::{Asked, Land, Work},
 };
 use crate::prelude::*;
 
-/// Rounds on the coarsest cells, where the network forms.
+/// Rounds on the coarsest level and on a single grid, where the network forms.
 const FIRST_ROUNDS: u32 = 32;
-/// Rounds on the finest cells; twice as many on each coarser level.
-const LAST_ROUNDS: u32 = 4;
-/// The fewest cells along a side: rounds on fewer cost nothing worth saving.
-const FEWEST_CELLS: u32 = 128;
-/// Levels below the finest.
-const LEVELS: u32 = 3;
+/// Rounds on each finer level; more bring cell counts no closer together.
+const ROUNDS: u32 = 2;
 
 /// Refuses what the solution does not know.
 ///
@@ -55,43 +51,35 @@ fn check(inputs: &Inputs<'_>, params: &Params, sea_level: Option<f64>) -> Result
     Ok(())
 }
 
-/// Puts the land at its age. Gives what wears it down in a year, where time has passed and it is asked for.
+/// Puts the land at its age. `level` is 0 on the coarsest level and on a single grid; on finer levels the land is that
+/// of the coarser one.
 ///
 /// # Errors
 /// When the run asks for what the solution does not know, or [`NodeError::Cancelled`].
-pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -> Result<Work, NodeError> {
+pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, level: u32) -> Result<(), NodeError> {
     let inputs = Inputs::read(job)?;
     check(&inputs, params, job.sea_level())?;
-    if inputs.diffusivity.constant().is_none_or(|diffusivity| diffusivity > 0.0) {
-        job.warn("`method: analytical` leaves out the creep of `diffusivity`; use `method: implicit` to see it");
-    }
     if params.duration <= 0.0 {
-        return Ok(Work::default());
+        return Ok(());
     }
-    settle(job, params, land, inputs.height, 0)?;
-    land.wear(job, asked)
-}
-
-fn settle(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field, level: u32) -> Result<(), NodeError> {
-    let coarse = if level < LEVELS { Coarse::below(job, FEWEST_CELLS)? } else { None };
-    let rounds = match coarse {
-        Some(coarse) => {
-            let coarse_job = coarse.job(job);
-            let coarse_start = Inputs::read(&coarse_job)?.height;
-            let mut below = Land::new(&coarse_job, params, coarse_start, Footing::default())?;
-            settle(&coarse_job, params, &mut below, coarse_start, level + 1)?;
-            land.heights = coarse.corrected(job, start.samples(), coarse_start.samples(), below.heights)?;
-            LAST_ROUNDS << level
-        }
-        None => FIRST_ROUNDS,
-    };
+    let rounds = if level == 0 { FIRST_ROUNDS } else { ROUNDS };
     for round in 0..rounds {
-        land.grow(job, start.samples(), params.duration, round)?;
-        // A level takes about as long as all below it.
-        let [from, to] = [level + 2, level + 1].map(|part| 1.0 / part as f32);
-        job.advance(from + (to - from) * round as f32 / rounds as f32)?;
+        job.advance(round as f32 / (rounds + 1) as f32)?;
+        land.grow(job, inputs.height.samples(), params.duration, round)?;
     }
     Ok(())
+}
+
+/// What wears the land down in a year, as far as it is asked for, where time has passed.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn wear(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -> Result<(f64, Work), NodeError> {
+    if Inputs::read(job)?.diffusivity.constant().is_none_or(|diffusivity| diffusivity > 0.0) {
+        job.warn("`method: analytical` leaves out the creep of `diffusivity`; use `method: implicit` to see it");
+    }
+    let work = if params.duration > 0.0 { land.wear(job, asked)? } else { Work::default() };
+    Ok((1.0, work))
 }
 
 #[cfg(test)]

@@ -13,7 +13,6 @@ mod area;
 mod bedrock;
 #[cfg(test)]
 mod bedrock_tests;
-mod coarse;
 mod course;
 mod deposition;
 mod ground;
@@ -135,7 +134,7 @@ params! {
     /// On which cells the run takes place.
     ///
     /// `coarse_to_fine` gives the same terrain at any number of cells, and is several times as fast.
-    schedule: Schedule = Schedule::CoarseToFine, One, .., when method = "implicit";
+    schedule: Schedule = Schedule::CoarseToFine, One, ..;
     /// Random seed of the receivers and of the variation.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -186,7 +185,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 6,
+    version: 7,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -254,8 +253,8 @@ pub static NODE: Node = Node {
     scratch: Scratch::Bytes(memory::scratch),
     cpu: run,
     resolution: Resolution::Cells(
-        "on levels, heights differ by some percent of their standard deviation; with `schedule: full` or `method: \
-         analytical`, each number of cells has its own drainage network",
+        "on levels, heights differ by some percent of their standard deviation; with `schedule: full`, each number of \
+         cells has its own drainage network",
     ),
     example: "height: \"base\", uplift: 0.001, erodibility: 2e-6, duration: 2e6, m: 0.5, n: 1.2",
     ..Node::DEFAULT
@@ -298,7 +297,10 @@ fn erode(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
     let asked = Asked { lowered: wants.erosion_rate, flux: wants.sediment_flux };
     let (step_yr, work) = match params.method {
         Method::Implicit => implicit(job, params, &mut land, asked)?,
-        Method::Analytical => (1.0, analytical::grow(job, params, &mut land, asked)?),
+        Method::Analytical => {
+            analytical::grow(job, params, &mut land, 0)?;
+            analytical::wear(job, params, &mut land, asked)?
+        }
     };
     results(job, land, start, step_yr, work)
 }

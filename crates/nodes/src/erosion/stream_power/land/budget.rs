@@ -52,7 +52,7 @@ impl Land<'_> {
             &[("left_the_world", cell_m2 * budget.left_m)],
             cell_m2 * end_m,
         ));
-        if budget.since_yr > 0.0 {
+        if self.budget.is_some() && budget.since_yr > 0.0 {
             report.notes.push(format!(
                 "the balance covers the last {}, which pass on these cells; coarser levels passed the time before",
                 Unit::Years.display(span_yr)

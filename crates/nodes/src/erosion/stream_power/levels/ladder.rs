@@ -187,10 +187,10 @@ mod tests {
     }
 
     #[test]
-    fn single_grids_and_solutions_at_once_have_no_levels() {
+    fn single_grids_have_no_levels() {
         let world = testing::world(512, 512, 50.0);
         let wired = vec![false; NODE.inputs.len()];
-        for (changes, has_levels) in [("", true), ("schedule=full", false), ("method=analytical", false)] {
+        for (changes, has_levels) in [("", true), ("schedule=full", false), ("method=analytical", true)] {
             let params = testing::with_params(&NODE, changes);
             let levels = NODE.levels.expect("levels");
             let (window, wanted) = (Window::whole(world), orograph_graph::Wanted::ALL);

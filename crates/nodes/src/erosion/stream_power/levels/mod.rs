@@ -13,6 +13,8 @@
 //! is further from that of the others than they are from each other. Results on its cells are means of the next level
 //! instead, which goes on from its state, with interpolated inputs.
 //!
+//! The analytical method finds the land at T anew on each level, from the one that the coarser level found.
+//!
 //! A job is one level: the evaluator has the level below run first, with inputs that are made for its own cells, and
 //! stores its [`Checkpoint`].
 
@@ -35,7 +37,7 @@ pub use self::{
     places::{Frame, Places},
 };
 use super::{
-    Inputs, Method, Params, Schedule, Wants, count_steps,
+    Inputs, Method, Params, Schedule, Wants, analytical, count_steps,
     inland::Inland,
     land::{Asked, Footing, Land, Work},
     results, warn_of_short_runs, warn_of_unresolved_hillslopes,
@@ -66,13 +68,15 @@ pub const LEVELS: Levels = Levels {
 /// Whether the time passes on levels.
 #[must_use]
 pub fn has_levels(params: &Params) -> bool {
-    params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine
+    params.schedule == Schedule::CoarseToFine
 }
 
 /// When the levels begin and how long their steps are.
 #[derive(Clone, Copy, Debug)]
 struct Timetable {
     duration_yr: f64,
+    /// True if levels have the land at the end of the run, without steps before it.
+    at_once: bool,
     /// A step of the coarsest level.
     step_yr: f64,
     /// The longest step of the others that the file allows.
@@ -88,11 +92,15 @@ impl Timetable {
         let (count, step_yr) = count_steps(params);
         let longest_yr = if params.time_step > 0.0 { step_yr } else { f64::INFINITY };
         let half_yr = f64::from(count.div_ceil(2)) * step_yr;
-        Self { duration_yr: params.duration, step_yr, longest_yr, half_yr, response_yr: 0.0 }
+        let at_once = params.method == Method::Analytical;
+        Self { duration_yr: params.duration, at_once, step_yr, longest_yr, half_yr, response_yr: 0.0 }
     }
 
     /// sₗ of a level above the coarsest, before it is compared with the duration.
     fn span_yr(&self, level: u32) -> f64 {
+        if self.at_once {
+            return 0.0;
+        }
         (1..level).fold(SHARE * self.response_yr, |span_yr, _| span_yr * NEXT)
     }
 
@@ -226,8 +234,13 @@ fn pass(
     let until_yr = if wants_outputs { None } else { times.handover_yr(level).filter(|_| level > 0) };
     let span_yr = (until_yr.unwrap_or(params.duration) - begin_yr).max(1e-30);
     let progress = |time_yr: f64| job.advance(((time_yr - begin_yr) / span_yr).clamp(0.0, 0.99) as f32);
-    if level == 0 {
-        run.measure(&mut times, &progress)?;
+    if times.at_once {
+        analytical::grow(on, params, &mut run.land, level)?;
+    } else if level == 0 {
+        run.pass(times.half_yr, times.step_yr, Asked::default(), &progress)?;
+    }
+    if level == 0 && params.duration > 0.0 {
+        times.response_yr = run.land.response_yr(on, times.step_yr)?;
     }
     let handover_yr = times.handover_yr(level);
     if let Some(until_yr) = handover_yr {
@@ -248,7 +261,11 @@ fn pass(
         return Ok(Outputs::default().with_state(state));
     }
     let asked = Asked { lowered: wants.erosion_rate, flux: wants.sediment_flux };
-    run.pass(params.duration, times.longest_yr(level), asked, &progress)?;
+    if times.at_once {
+        run.last = analytical::wear(on, params, &mut run.land, asked)?;
+    } else {
+        run.pass(params.duration, times.longest_yr(level), asked, &progress)?;
+    }
     warn_of_short_runs(job, params.duration, times.response_yr);
     let (step_yr, work) = run.last;
     let outputs = results(on, run.land, start, step_yr, work)?;
@@ -257,19 +274,4 @@ fn pass(
         None => outputs,
     };
     Ok(outputs.with_state(state))
-}
-
-impl Run<'_, '_> {
-    /// Passes the first half of the time on the coarsest level, and measures the response time.
-    fn measure(
-        &mut self,
-        times: &mut Timetable,
-        progress: &dyn Fn(f64) -> Result<(), NodeError>,
-    ) -> Result<(), NodeError> {
-        self.pass(times.half_yr, times.step_yr, Asked::default(), progress)?;
-        if self.step > 0 {
-            times.response_yr = self.land.response_yr(self.job, times.step_yr)?;
-        }
-        Ok(())
-    }
 }

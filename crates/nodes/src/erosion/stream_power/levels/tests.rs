@@ -54,6 +54,17 @@ fn a_land_is_the_same_on_any_cells() {
 }
 
 #[test]
+fn the_analytical_method_has_the_same_levels() {
+    let changes = ", method: analytical, diffusivity: 0";
+    let many = land(512, "base", changes);
+    let found = [128, 256].map(|cells| apart(&land(cells, "base", changes), &many));
+    // One network drains the hillslopes, not the mean of many steps.
+    assert!(found.iter().all(|apart| *apart < 0.15), "{found:?}");
+    let single = apart(&land(256, "base", ", method: analytical, schedule: full"), &many);
+    assert!(single > 0.2, "{single}");
+}
+
+#[test]
 fn fewer_cells_than_the_coarsest_level_are_its_means() {
     let found = apart(&land(50, "base", ""), &land(512, "base", ""));
     assert!(found < 0.12, "{found}");
