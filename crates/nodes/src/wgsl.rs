@@ -16,7 +16,9 @@ pub(crate) const GRADIENT: &str = wgsl!("lib/gradient");
 pub(crate) const WITHIN: &str = wgsl!("lib/within");
 /// Lattice noise.
 pub(crate) const LATTICE: &str = wgsl!("lib/lattice");
-/// A Gaussian filter.
+/// Lines beyond their ends.
+pub(crate) const LINES: &str = wgsl!("lib/lines");
+/// A Gaussian filter; it needs [`LINES`].
 pub(crate) const SMOOTH: &str = wgsl!("lib/smooth");
 /// Sides, holes and the rim of a storm; it needs [`MATH`].
 pub(crate) const PIPE: &str = wgsl!("lib/pipe");
@@ -24,3 +26,7 @@ pub(crate) const PIPE: &str = wgsl!("lib/pipe");
 pub(crate) const PIPE_FACES: &str = wgsl!("lib/pipe_faces");
 /// Bed and water beyond the sides; it needs [`PIPE`].
 pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");
+/// Horizons in one direction.
+pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
+/// The hidden part of the sky, by horizons.
+pub(crate) const SKY: &str = wgsl!("lib/sky");
