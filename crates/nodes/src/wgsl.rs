@@ -30,3 +30,5 @@ pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");
 pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
 /// The hidden part of the sky, by horizons.
 pub(crate) const SKY: &str = wgsl!("lib/sky");
+/// Sunlight between moments; it needs [`GRADIENT`].
+pub(crate) const SUNLIGHT: &str = wgsl!("lib/sunlight");

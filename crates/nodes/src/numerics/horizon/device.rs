@@ -93,6 +93,11 @@ impl Horizons {
         Ok(Self { looks, lands, parts: parts(rays), wraps, rows })
     }
 
+    /// Returns the number of directions.
+    pub fn rays(&self) -> usize {
+        self.parts.len()
+    }
+
     /// Records the tangents of the horizon in one direction: what [`super::Horizon::tangents`] returns for all cells.
     ///
     /// # Errors
