@@ -1,5 +1,5 @@
 //! Sunlight on a graphics device. The intervals between moments are sorted by azimuth, so that the horizon of each
-//! direction is computed about once, and few are kept at a time.
+//! direction is computed once or a few times, although few are kept.
 
 use orograph_graph::gpu::{ScratchId, Size};
 
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
     use crate::numerics::sunlight::path;
 
-    /// Every interval is in one group, which has the horizons that it uses; over a year most are computed once.
+    /// Every interval is in one group, which has the horizons that it uses; over a year they are computed few times.
     #[test]
     fn groups_have_the_horizons_of_their_intervals() {
         for (latitude, rays) in [(45.0, 48), (10.0, 128), (-80.0, 8)] {
