@@ -13,6 +13,14 @@ fn copy_sign(v: f32, sign: f32) -> f32 {
     return bitcast<f32>((bitcast<u32>(v) & 0x7fffffffu) | (bitcast<u32>(sign) & 0x80000000u));
 }
 
+/// Weights of four consecutive values at a position from 0 to 1 between the second and the third.
+fn catmull_rom(t: f32) -> vec4<f32> {
+    let r = 1.0 - t;
+    return vec4<f32>(
+        -0.5 * t * (r * r), 1.0 + t * t * (1.5 * t - 2.5), 1.0 + r * r * (1.5 * r - 2.5), -0.5 * r * (t * t),
+    );
+}
+
 /// Arc tangent in radians.
 fn arc_tangent(x: f32) -> f32 {
     let t = abs(x);

@@ -1,20 +1,9 @@
 // A Gaussian filter along one axis, from the raster `before` to the raster `after`; see
-// crates/nodes/src/numerics/smooth.rs.
+// crates/nodes/src/numerics/smooth.rs. It needs shaders/lib/lines.
 
-/// The cell of a line of `count` cells that stands for one beyond its ends: from the other end, or its mirror image.
-fn line_index(v: i32, count: u32) -> u32 {
-    let n = i32(count);
-    if (v >= 0 && v < n) {
-        return u32(v);
-    }
-    let period = select(2 * n, n, p.k_wraps != 0u);
-    let place = ((v % period) + period) % period;
-    return u32(select(2 * n - 1 - place, place, place < n));
-}
+fn along_x(x: i32, y: u32) -> f32 { return before[at(line_index(x, p.nx, p.k_wraps != 0u), y)]; }
 
-fn along_x(x: i32, y: u32) -> f32 { return before[at(line_index(x, p.nx), y)]; }
-
-fn along_y(x: u32, y: i32) -> f32 { return before[at(x, line_index(y, p.ny))]; }
+fn along_y(x: u32, y: i32) -> f32 { return before[at(x, line_index(y, p.ny, p.k_wraps != 0u))]; }
 
 /// Level ground stays as it is: differences from the cell itself are summed.
 @compute @workgroup_size(64)

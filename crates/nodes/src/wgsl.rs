@@ -16,7 +16,9 @@ pub(crate) const GRADIENT: &str = wgsl!("lib/gradient");
 pub(crate) const WITHIN: &str = wgsl!("lib/within");
 /// Lattice noise.
 pub(crate) const LATTICE: &str = wgsl!("lib/lattice");
-/// A Gaussian filter.
+/// Lines beyond their ends.
+pub(crate) const LINES: &str = wgsl!("lib/lines");
+/// A Gaussian filter; it needs [`LINES`].
 pub(crate) const SMOOTH: &str = wgsl!("lib/smooth");
 /// Sides, holes and the rim of a storm; it needs [`MATH`].
 pub(crate) const PIPE: &str = wgsl!("lib/pipe");
@@ -26,3 +28,9 @@ pub(crate) const PIPE_FACES: &str = wgsl!("lib/pipe_faces");
 pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");
 /// Neighbours and receivers on a raster.
 pub(crate) const FLOW: &str = wgsl!("lib/flow");
+/// Horizons in one direction.
+pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
+/// The hidden part of the sky, by horizons.
+pub(crate) const SKY: &str = wgsl!("lib/sky");
+/// Sunlight between moments; it needs [`GRADIENT`].
+pub(crate) const SUNLIGHT: &str = wgsl!("lib/sunlight");

@@ -49,7 +49,7 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "filter/blur",
     source: wgsl!("filter/blur"),
-    library: &[wgsl::MATH, wgsl::SMOOTH],
+    library: &[wgsl::MATH, wgsl::LINES, wgsl::SMOOTH],
     values: smooth::VALUES,
     slots: &[
         smooth::BEFORE,
@@ -71,7 +71,7 @@ static GPU: GpuKernel = GpuKernel {
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let sigma_cells = Params::read(job.params).radius / job.cell_m();
-    let smoothed = smooth::smooth(job, recorder, &SHADER, Bind::Input("value", 0), sigma_cells)?;
+    let smoothed = smooth::smooth(job, recorder, &SHADER, Bind::Input("value", 0), sigma_cells, [0.0, 0.8])?;
     recorder.pass(&Pass {
         shader: &SHADER,
         entry: "main",

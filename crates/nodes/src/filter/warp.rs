@@ -4,17 +4,18 @@
 //! after R. Bridson, J. Houriham and M. Nordenstam (2007), "Curl-noise for procedural fluid flow". The curl is free of
 //! divergence, so that it stirs the terrain without pinching it.
 
-use orograph_graph::mix;
+use orograph_graph::{gpu::Size, mix};
 
 use crate::numerics::lines::Ends;
 use crate::{
     numerics::{
         math::lane,
-        noise::{Basis, Fractal, sum},
+        noise::{Basis, Fractal, Octave, sum, table},
         par,
         simd::simd,
     },
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -80,12 +81,92 @@ pub static NODE: Node = Node {
     reach: Reach::Metres(|params, cell_m| Params::read(params).displacement + 3.0 * cell_m),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: \"base\", displacement: 5000, wavelength: 8000, octaves: 2",
     ..Node::DEFAULT
 };
 
 /// Salts of the seeds of the eastward displacement, the southward displacement, and the noise whose curl is taken.
 const SALTS: [u32; 3] = [0x2c1b_3c6d, 0x297a_2d39, 0x61c8_8647];
+
+static DISPLACE: Shader = Shader {
+    name: "filter/warp_displace",
+    source: wgsl!("filter/warp_displace"),
+    library: &[wgsl::LATTICE],
+    values: &[("k_count", Number::U32), ("k_per_cell", Number::F32)],
+    slots: &[
+        Slot::words("octaves_of", "Octave"),
+        Slot::input("mask"),
+        Slot::input("east"),
+        Slot::input("south"),
+        Slot::cells("to_east", "f32").written(),
+        Slot::cells("to_south", "f32").written(),
+    ],
+};
+
+static TAKE: Shader = Shader {
+    name: "filter/warp",
+    source: wgsl!("filter/warp"),
+    library: &[wgsl::MATH, wgsl::LINES],
+    values: &[("k_wraps_x", Number::U32), ("k_wraps_y", Number::U32)],
+    slots: &[
+        Slot::input("value"),
+        Slot::cells("to_east", "f32"),
+        Slot::cells("to_south", "f32"),
+        Slot::words("folds", "atomic<u32>").updated(),
+        Slot::output("value"),
+    ],
+};
+
+/// Displacements beyond which single precision does not resolve places to a hundredth of a cell of ten metres.
+const FAR_M: f64 = 1e5;
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&DISPLACE, &TAKE],
+    passes: Passes::Recorded(record),
+    // without a displacement the CPU passes the input on
+    covers: |params| (f64::MIN_POSITIVE..=FAR_M).contains(&Params::read(params).displacement),
+    // the rounding of a displacement of thousands of cells moves the place on a steep slope
+    tolerance: &[Tolerance::relative(1e-5)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let inputs = Inputs::read(job)?;
+    let params = Params::read(job.params);
+    if params.pattern == Pattern::Field {
+        inputs.check_wired()?;
+    }
+    // all noises have the same number of octaves
+    let noises = params.noises(job);
+    let scale = |octave: &Octave| sum::scale(octave, params.amplitude()) * Basis::Bell.scale();
+    let octaves_of = recorder.table(&table::table(&noises.concat(), Basis::Bell, scale))?;
+    let count = noises.first().map_or(0, Vec::len);
+    let [east, south] = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?].map(Bind::Scratch);
+    recorder.pass(&Pass {
+        shader: &DISPLACE,
+        entry: "main",
+        bind: &[("octaves_of", Bind::Scratch(octaves_of)), ("to_east", east), ("to_south", south)],
+        values: &[("k_count", Scalar::U32(count as u32)), ("k_per_cell", Scalar::F32((1.0 / job.cell_m()) as f32))],
+        over: Over::Cells(Rows::Around(0)),
+    })?;
+    job.advance(0.6)?;
+    let folds = recorder.scratch(Size::Words(1))?;
+    recorder.clear(folds)?;
+    let window = job.window();
+    let wraps = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
+    // the 4 x 4 stencil around the sampled position, which may be at the other end of a column
+    let reach = (params.displacement / job.cell_m()).ceil() + 3.0;
+    recorder.pass(&Pass {
+        shader: &TAKE,
+        entry: "main",
+        bind: &[("to_east", east), ("to_south", south), ("folds", Bind::Scratch(folds))],
+        values: &[("k_wraps_x", Scalar::U32(u32::from(wraps[0]))), ("k_wraps_y", Scalar::U32(u32::from(wraps[1])))],
+        over: Over::Cells(if wraps[1] { Rows::All } else { Rows::Around(reach as u32) }),
+    })?;
+    let folded = recorder.read(folds, 1)?.first().copied().unwrap_or(0);
+    warn_of_folds(job, folded as usize);
+    Ok(())
+}
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
@@ -109,7 +190,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         shorten(east, south, mask.slice(j * nx..(j + 1) * nx), limit, per_cell);
         job.check()
     })?;
-    warn_of_folds(job, &east, &south);
+    warn_of_folds(job, folded(window.cells, &east, &south));
     let ends = [Ends::of(&window, 0), Ends::of(&window, 1)];
     let source = Source { samples: value.samples(), cells: [nx, window.ny()], ends };
     let mut out = vec![0.0; window.len()];
@@ -122,35 +203,42 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 impl Params {
     /// Returns the displacements to the east and to the south in metres.
     fn displacements(&self, job: &Job<'_>, inputs: &Inputs<'_>) -> Result<[Vec<f32>; 2], NodeError> {
-        // each axis is limited to √½ of the maximum, so that their vector sum does not exceed it
-        let part_m = self.displacement * std::f64::consts::FRAC_1_SQRT_2;
-        match self.pattern {
-            Pattern::Fbm => {
-                let one = |salt: u32| {
-                    let octaves = self.fractal(job.seed() ^ salt).octaves(job.world());
-                    sum::lattices(job, &octaves, Basis::Bell, part_m)
-                };
-                Ok([one(SALTS[0])?, one(SALTS[1])?])
-            }
-            Pattern::Curl => {
-                let octaves = self.fractal(job.seed() ^ SALTS[2]).octaves(job.world());
-                let [along, mut down] = sum::slopes(job, &octaves, Basis::Bell, part_m / sum::SLOPE)?;
+        let amplitude = self.amplitude();
+        match (self.pattern, self.noises(job).as_slice()) {
+            (Pattern::Curl, [octaves]) => {
+                let [along, mut down] = sum::slopes(job, octaves, Basis::Bell, amplitude)?;
                 down.iter_mut().for_each(|down| *down = -*down);
                 Ok([down, along])
             }
-            Pattern::Field => match (inputs.east, inputs.south) {
-                (None, None) => Err(NodeError::failed_with_hint(
-                    "there is no displacement",
-                    "wire metres to `east` or `south`, or choose another `pattern`",
-                )),
-                (east, south) => {
-                    let samples = |field: Option<&Field>| {
-                        field.map_or_else(|| vec![0.0; job.window().len()], |field| field.samples().to_vec())
-                    };
-                    Ok([samples(east), samples(south)])
-                }
-            },
+            (Pattern::Fbm, [across, down]) => {
+                let one = |octaves: &[Octave]| sum::lattices(job, octaves, Basis::Bell, amplitude);
+                Ok([one(across)?, one(down)?])
+            }
+            _ => {
+                inputs.check_wired()?;
+                let samples = |field: Option<&Field>| {
+                    field.map_or_else(|| vec![0.0; job.window().len()], |field| field.samples().to_vec())
+                };
+                Ok([samples(inputs.east), samples(inputs.south)])
+            }
         }
+    }
+
+    /// Returns the octaves of the noises: those of the displacements along x and y, that whose curl is taken, or none.
+    fn noises(&self, job: &Job<'_>) -> Vec<Vec<Octave>> {
+        let salts: &[u32] = match self.pattern {
+            Pattern::Fbm => &SALTS[..2],
+            Pattern::Curl => &SALTS[2..],
+            Pattern::Field => &[],
+        };
+        salts.iter().map(|salt| self.fractal(job.seed() ^ salt).octaves(job.world())).collect()
+    }
+
+    /// Returns the amplitude of the noises: each axis is limited to √½ of the maximum, so that their vector sum does not
+    /// exceed it.
+    fn amplitude(&self) -> f64 {
+        let part_m = self.displacement * std::f64::consts::FRAC_1_SQRT_2;
+        if self.pattern == Pattern::Curl { part_m / sum::SLOPE } else { part_m }
     }
 
     fn fractal(&self, seed: u32) -> Fractal {
@@ -165,12 +253,25 @@ impl Params {
     }
 }
 
-/// Warns where the terrain folds over itself: where the Jacobian determinant of x + d(x) is not above 0.
-/// Displacements are in cells.
-fn warn_of_folds(job: &Job<'_>, east: &[f32], south: &[f32]) {
-    let (nx, ny) = (job.window().nx(), job.window().ny());
+impl Inputs<'_> {
+    /// Checks that there is a displacement.
+    fn check_wired(&self) -> Result<(), NodeError> {
+        if self.east.is_some() || self.south.is_some() {
+            return Ok(());
+        }
+        Err(NodeError::failed_with_hint(
+            "there is no displacement",
+            "wire metres to `east` or `south`, or choose another `pattern`",
+        ))
+    }
+}
+
+/// Returns the number of cells where the terrain folds over itself: where the Jacobian determinant of x + d(x) is not
+/// above 0. Displacements are in cells.
+fn folded([nx, ny]: [u32; 2], east: &[f32], south: &[f32]) -> usize {
+    let (nx, ny) = (nx as usize, ny as usize);
     if nx < 3 || ny < 3 {
-        return;
+        return 0;
     }
     let folds = |at: usize| {
         let slope = |field: &[f32], step: usize| 0.5 * (field[at + step] - field[at - step]);
@@ -178,9 +279,13 @@ fn warn_of_folds(job: &Job<'_>, east: &[f32], south: &[f32]) {
         stretch - slope(east, nx) * slope(south, 1) <= 0.0
     };
     let folded_of = |_, j: usize| (1..nx - 1).filter(|i| folds(j * nx + i)).count();
-    let folded: usize = par::collect_all(1..ny - 1, folded_of).into_iter().sum();
-    let share = folded as f64 / ((nx - 2) * (ny - 2)) as f64;
-    // a few cells are ignored
+    par::collect_all(1..ny - 1, folded_of).into_iter().sum()
+}
+
+/// Warns if that many cells are more than a few of those inside the window.
+fn warn_of_folds(job: &Job<'_>, folded: usize) {
+    let [nx, ny] = job.window().cells.map(|cells| (cells.max(3) - 2) as usize);
+    let share = folded as f64 / (nx * ny) as f64;
     if share > 0.001 {
         job.warn(format!(
             "the terrain folds over itself in {:.1} % of the cells; a smaller `displacement` or `gain`, or a \

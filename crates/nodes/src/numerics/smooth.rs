@@ -9,21 +9,31 @@ use super::{
     gaussian::Gaussian,
     lines::{Ends, LANES, LineFilter},
 };
-use crate::prelude::*;
+use crate::{prelude::*, wgsl};
 
 /// Numbers of a shader with the library `smooth`.
 pub const VALUES: &[(&str, Number)] = &[("k_reach", Number::I32), ("k_period", Number::U32), ("k_wraps", Number::U32)];
 /// The values of a pass that does not smooth.
 pub const NO_VALUES: [(&str, Scalar); 3] =
     [("k_reach", Scalar::I32(0)), ("k_period", Scalar::U32(0)), ("k_wraps", Scalar::U32(0))];
-/// Slots of such a shader, in addition to its own.
+/// Slots of such a shader, in addition to its own: the raster to smooth.
 pub const BEFORE: Slot = Slot::cells("before", "f32");
 /// The weights.
 pub const WEIGHTS: Slot = Slot::words("weights", "f32");
 /// The smoothed raster.
 pub const AFTER: Slot = Slot::cells("after", "f32").written();
 
-/// Records the filter with a standard deviation in cells, along rows and then along columns.
+/// The filter alone.
+pub static SHADER: Shader = Shader {
+    name: "lib/smooth",
+    source: wgsl::SMOOTH,
+    library: &[wgsl::LINES],
+    values: VALUES,
+    slots: &[BEFORE, WEIGHTS, AFTER],
+};
+
+/// Records the filter with a standard deviation in cells, along rows and then along columns. `share` is the start and
+/// end of this part of the job's progress.
 ///
 /// # Errors
 /// Those of the recorder.
@@ -33,9 +43,27 @@ pub fn smooth(
     shader: &'static Shader,
     from: Bind,
     sigma_cells: f64,
+    share: [f32; 2],
 ) -> Result<ScratchId, NodeError> {
-    let (window, filter) = (job.window(), Gaussian::new(sigma_cells));
     let rasters = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
+    smooth_into(job, recorder, shader, from, sigma_cells, share, rasters)?;
+    Ok(rasters[1])
+}
+
+/// As [`smooth`], into the second of two rasters by way of the first.
+///
+/// # Errors
+/// Those of the recorder.
+pub fn smooth_into(
+    job: &Job<'_>,
+    recorder: &mut dyn Recorder,
+    shader: &'static Shader,
+    from: Bind,
+    sigma_cells: f64,
+    share: [f32; 2],
+    rasters: [ScratchId; 2],
+) -> Result<(), NodeError> {
+    let (window, filter) = (job.window(), Gaussian::new(sigma_cells));
     let mut before = from;
     for (axis, (entry, after)) in ["smooth_x", "smooth_y"].into_iter().zip(rasters).enumerate() {
         let (n, world) = (window.cells[axis] as usize, window.world.cells[axis] as usize);
@@ -63,9 +91,9 @@ pub fn smooth(
             over: Over::Cells(rows),
         })?;
         before = Bind::Scratch(after);
-        job.advance([0.4, 0.8][axis])?;
+        job.advance([0.5 * (share[0] + share[1]), share[1]][axis])?;
     }
-    Ok(rasters[1])
+    Ok(())
 }
 
 /// The weights of the cell itself and of those on either side.

@@ -5,6 +5,7 @@
 //! Ottosson, 2020), where equal distances look equal, so that no band stands out.
 
 use super::light::{linear, oklab, rgb};
+use crate::prelude::*;
 use orograph_graph::Srgb;
 
 /// Number of colours in the table, each for water and for land.
@@ -24,6 +25,9 @@ pub(crate) const LAND: [(f64, u32); 8] = [
 
 /// Water from the shore to the deep: position between 0 and 1, sRGB.
 pub(crate) const WATER: [(f64, u32); 4] = [(0.0, 0xb4d8e0), (0.12, 0x86bcd2), (0.5, 0x4b86b0), (1.0, 0x24507f)];
+
+/// Numbers of a shader that reads tints.
+pub const VALUES: [(&str, Number); 3] = [("k_low_m", Number::F32), ("k_per_m", Number::F32), ("k_sea_m", Number::F32)];
 
 /// A table of linear RGB by elevation.
 #[derive(Clone, Debug)]
@@ -45,6 +49,20 @@ impl Tints {
         let table = [row(&WATER), row(&LAND)].concat();
         let sea_m = sea_m.map_or(f32::NEG_INFINITY, |level| level as f32);
         Self { table, low_m: low_m as f32, per_m: (1.0 / (high_m - low_m).max(1e-6)) as f32, sea_m }
+    }
+
+    /// Returns the table for shaders with [`VALUES`]: red, green and blue of each step.
+    #[must_use]
+    pub fn words(&self) -> Vec<u32> {
+        self.table.as_flattened().iter().map(|v| v.to_bits()).collect()
+    }
+
+    /// Returns the numbers of such a shader.
+    #[must_use]
+    pub fn values(&self) -> [(&'static str, Scalar); 3] {
+        // below every height
+        let sea_m = self.sea_m.max(f32::MIN);
+        [("k_low_m", Scalar::F32(self.low_m)), ("k_per_m", Scalar::F32(self.per_m)), ("k_sea_m", Scalar::F32(sea_m))]
     }
 
     /// Returns the colour of an elevation in linear RGB.

@@ -62,7 +62,7 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "select/curvature",
     source: wgsl!("select/curvature"),
-    library: &[wgsl::SMOOTH],
+    library: &[wgsl::LINES, wgsl::SMOOTH],
     values: smooth::VALUES,
     slots: &[smooth::BEFORE, smooth::WEIGHTS, smooth::AFTER, Slot::output("curvature")],
 };
@@ -79,7 +79,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let sigma_cells = Params::read(job.params).radius / job.cell_m();
     let height = Bind::Input("height", 0);
     let smoothed = if sigma_cells > 0.0 {
-        Bind::Scratch(smooth::smooth(job, recorder, &SHADER, height, sigma_cells)?)
+        Bind::Scratch(smooth::smooth(job, recorder, &SHADER, height, sigma_cells, [0.0, 0.8])?)
     } else {
         height
     };

@@ -5,9 +5,10 @@ use orograph_graph::World;
 use crate::{
     numerics::{
         cells::BLOCK,
-        horizon::{Horizon, Rays},
+        horizon::{Horizon, Rays, device},
         par,
         simd::simd,
+        smooth,
         sunlight::{around, growth},
     },
     prelude::*,
@@ -54,10 +55,40 @@ pub static NODE: Node = Node {
     }),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Within(0.12),
     example: "height: \"base\", distance: 3000, exaggeration: 2",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "select/occlusion",
+    source: wgsl!("select/occlusion"),
+    library: &[],
+    values: &[("k_share", Number::F32)],
+    slots: &[Slot::cells("sums", "f32"), Slot::output("occlusion"), Slot::output("sky")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&smooth::SHADER, &device::SHADER, &device::SKY, &SHADER],
+    passes: Passes::Recorded(record),
+    // the same samples; heights are smoothed in single precision
+    tolerance: &[Tolerance::absolute(1e-5), Tolerance::absolute(1e-5)],
+    ..GpuKernel::DEFAULT
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let rays = Params::read(job.params).rays(job.world());
+    let horizons = device::Horizons::new(job, recorder, [0.0, 0.2], &rays)?;
+    let sums = horizons.hidden(job, recorder, [0.2, 1.0], 0..rays.count())?;
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("sums", Bind::Scratch(sums))],
+        values: &[("k_share", Scalar::F32(1.0 / rays.count() as f32))],
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
 
 impl Params {
     fn rays(&self, world: &World) -> Rays {

@@ -3,7 +3,7 @@
 mod steps;
 
 use self::steps::Uneven;
-use crate::numerics::noise::{Basis, Fractal, sum};
+use crate::numerics::noise::{Basis, Fractal, Octave, sum, table};
 use crate::{
     numerics::{
         cells::{BLOCK, blocks, masked, samples},
@@ -11,6 +11,7 @@ use crate::{
         simd::simd,
     },
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -83,6 +84,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     example: "version: 2, height: \"base\", step: 400, sharpness: 6",
     ..Node::DEFAULT
 };
@@ -91,6 +93,64 @@ pub static NODE: Node = Node {
 const WIDE: f64 = 5.0;
 /// Salts of the noises: two wide ones and that of the edges.
 const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
+
+static SHADER: Shader = Shader {
+    name: "filter/terrace",
+    source: wgsl!("filter/terrace"),
+    library: &[wgsl::MATH, wgsl::LATTICE],
+    values: &[
+        ("k_uneven", Number::U32),
+        ("k_wide", Number::U32),
+        ("k_fine", Number::U32),
+        ("k_layers", Number::U32),
+        ("k_hash", Number::U32),
+    ],
+    slots: &[
+        Slot::input("height"),
+        Slot::input("base"),
+        Slot::input("mask"),
+        Slot::words("octaves_of", "Octave"),
+        Slot::words("layers_of", "Layer"),
+        Slot::output("height"),
+    ],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // level steps are passed on by the CPU, which also explains what is wrong with a table
+    covers: |params| {
+        let params = Params::read(params);
+        params.layers().is_ok_and(|layers| !params.level(&layers))
+    },
+    // risers are up to 32 times as steep as the terrain, whose heights are rounded
+    tolerance: &[Tolerance::relative(2e-6)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let params = Params::read(job.params);
+    let layers = params.layers()?;
+    let hash = orograph_graph::mix(job.seed());
+    let is_uneven = !params.uneven(hash).none();
+    let octaves = if is_uneven { params.octaves(job) } else { Default::default() };
+    let scale = |octave: &Octave| sum::scale(octave, 1.0) * Basis::Bell.scale();
+    let octaves_of = recorder.table(&table::table(&octaves.concat(), Basis::Bell, scale))?;
+    let of_layer = |layer: &Layer| [layer.tread, layer.step, layer.sharpness].map(f32::to_bits);
+    let layers_of = recorder.table(&layers.iter().flat_map(of_layer).collect::<Vec<_>>())?;
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("octaves_of", Bind::Scratch(octaves_of)), ("layers_of", Bind::Scratch(layers_of))],
+        values: &[
+            ("k_uneven", Scalar::U32(u32::from(is_uneven))),
+            ("k_wide", Scalar::U32(octaves[0].len() as u32)),
+            ("k_fine", Scalar::U32(octaves[2].len() as u32)),
+            ("k_layers", Scalar::U32(layers.len() as u32)),
+            ("k_hash", Scalar::U32(hash)),
+        ],
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
 
 /// Memory that the kernel needs in addition to its inputs and outputs: the noises.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
@@ -101,13 +161,8 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { height, base, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let layers = match params.steps {
-        Steps::Even => Vec::new(),
-        Steps::Layers => layers(&params.layers.0)?,
-    };
-    let level =
-        if layers.is_empty() { params.sharpness == 1.0 } else { layers.iter().all(|layer| layer.sharpness == 1.0) };
-    if level {
+    let layers = params.layers()?;
+    if params.level(&layers) {
         return Ok(Given { height: Some(height.clone()) }.into());
     }
     let mut out = height.samples().to_vec();
@@ -135,19 +190,34 @@ impl Params {
         Uneven { variation: self.variation as f32, edges: self.edges as f32, talus: self.talus as f32, seed }
     }
 
-    /// Returns the noises of the cells, each within ±1.
-    fn noises(&self, job: &Job<'_>) -> Result<[Vec<f32>; 3], NodeError> {
+    /// Returns the steps of the table, none for even steps.
+    fn layers(&self) -> Result<Vec<Layer>, NodeError> {
+        match self.steps {
+            Steps::Even => Ok(Vec::new()),
+            Steps::Layers => layers(&self.layers.0),
+        }
+    }
+
+    /// Returns true if steps leave the terrain unchanged.
+    fn level(&self, layers: &[Layer]) -> bool {
+        if layers.is_empty() { self.sharpness == 1.0 } else { layers.iter().all(|layer| layer.sharpness == 1.0) }
+    }
+
+    /// Returns the octaves of the noises: two wide ones and that of the edges.
+    fn octaves(&self, job: &Job<'_>) -> [Vec<Octave>; 3] {
         let noise = |salt: u32, wavelength_m: f64, octaves: i64, gain: f64| {
             let seed = orograph_graph::mix(job.seed() ^ salt);
-            let fractal = Fractal { wavelength_m, octaves, lacunarity: 2.0, gain, tileable: false, seed };
-            sum::lattices(job, &fractal.octaves(job.world()), Basis::Bell, 1.0)
+            Fractal { wavelength_m, octaves, lacunarity: 2.0, gain, tileable: false, seed }.octaves(job.world())
         };
         let wide_m = WIDE * self.edge_size;
-        Ok([
-            noise(SALTS[0], wide_m, 2, 0.5)?,
-            noise(SALTS[1], wide_m, 2, 0.5)?,
-            noise(SALTS[2], self.edge_size, 6, 0.6)?,
-        ])
+        [noise(SALTS[0], wide_m, 2, 0.5), noise(SALTS[1], wide_m, 2, 0.5), noise(SALTS[2], self.edge_size, 6, 0.6)]
+    }
+
+    /// Returns the noises of the cells, each within ±1.
+    fn noises(&self, job: &Job<'_>) -> Result<[Vec<f32>; 3], NodeError> {
+        let [first, second, edges] = self.octaves(job);
+        let noise = |octaves: Vec<Octave>| sum::lattices(job, &octaves, Basis::Bell, 1.0);
+        Ok([noise(first)?, noise(second)?, noise(edges)?])
     }
 }
 

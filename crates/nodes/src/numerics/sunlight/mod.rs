@@ -1,5 +1,6 @@
 //! Direct sunlight on terrain over the sun's path, with cast shadows.
 
+pub mod device;
 pub mod path;
 
 use orograph_graph::{Job, NodeError};

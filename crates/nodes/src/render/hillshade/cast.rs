@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Number of directions in which the sky is looked at.
-const AROUND: u32 = 12;
+pub(super) const AROUND: u32 = 12;
 
 /// Growth of the sampling steps along a direction.
 const GROWTH: f64 = 0.08;
@@ -34,6 +34,12 @@ pub(super) fn reach_m(distance_m: f64, cell_m: f64) -> f64 {
     Rays::reach_m(distance_m, cell_m, GROWTH)
 }
 
+/// Returns the tangents of the horizon at which the sun is hidden, and at which it is not.
+pub(super) fn edge(params: &Params) -> [f32; 2] {
+    let tangent = math::tan(params.altitude.min(89.9).to_radians());
+    [(1.0 + 0.5 * EDGE) * tangent, (1.0 - 0.5 * EDGE) * tangent].map(|tangent| tangent as f32)
+}
+
 /// What terrain hides of sun and sky.
 pub(super) struct Cast<'a> {
     horizon: Horizon<'a>,
@@ -50,12 +56,11 @@ impl<'a> Cast<'a> {
             return Ok(None);
         }
         let horizon = Horizon::new(job, [0.0, 0.2], height, rays(params, &height.window().world))?;
-        let tangent = math::tan(params.altitude.min(89.9).to_radians());
         Ok(Some(Self {
             horizon,
             exaggeration: params.exaggeration as f32,
             strength: params.shadows as f32,
-            edge: [(1.0 + 0.5 * EDGE) * tangent, (1.0 - 0.5 * EDGE) * tangent].map(|tangent| tangent as f32),
+            edge: edge(params),
         }))
     }
 

@@ -1,6 +1,7 @@
 //! Shaded relief, plain and coloured by elevation.
 
 mod cast;
+mod device;
 
 use std::path::PathBuf;
 
@@ -96,6 +97,7 @@ pub static NODE: Node = Node {
     reads_sea: true,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&device::GPU),
     resolution: Resolution::Cells(
         "the gradient is measured between neighbouring cells, so slopes are gentler with larger cells",
     ),
@@ -260,6 +262,10 @@ fn paint<E: Send>(
     Ok(shade)
 }
 
+/// Skylight on all slopes, and sunlight on level ground: cool shadows, warm light.
+const SKY: [f32; 3] = [0.16, 0.18, 0.23];
+const SUN: [f32; 3] = [0.70, 0.68, 0.63];
+
 /// Directions and weights of light.
 struct Sun {
     /// Unit vectors towards the sun in the plane (east, south): the main sun, then the four of oblique light.
@@ -306,9 +312,6 @@ impl Sun {
     /// Returns a tint under light. Level ground is a little below full brightness, so that sunlit slopes stand out from
     /// it.
     fn lit(&self, tint: [f32; 3], shade: f32, sky: f32) -> [f32; 3] {
-        /// Skylight on all slopes and sunlight on level ground: cool shadows, warm light.
-        const SKY: [f32; 3] = [0.16, 0.18, 0.23];
-        const SUN: [f32; 3] = [0.70, 0.68, 0.63];
         let sunlight = shade / self.sin_altitude;
         [0, 1, 2].map(|c| (tint[c] * (SKY[c] * sky + SUN[c] * sunlight)).min(1.0))
     }

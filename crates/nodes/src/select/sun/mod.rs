@@ -5,8 +5,8 @@ use orograph_graph::World;
 use crate::{
     numerics::{
         gradient::{Method, Surface},
-        horizon::{Horizon, Rays},
-        par,
+        horizon::{self, Horizon, Rays},
+        par, smooth,
         sunlight::{
             self, around, growth,
             path::{self, Arc, DAY_S},
@@ -83,6 +83,7 @@ pub static NODE: Node = Node {
     }),
     scratch: orograph_graph::Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Cells("slopes are those between neighbouring cells: larger cells are gentler"),
     example: "height: \"base\", day: 355",
     ..Node::DEFAULT
@@ -114,6 +115,83 @@ impl Params {
     }
 }
 
+static SHADER: Shader = Shader {
+    name: "select/sun",
+    source: wgsl!("select/sun"),
+    library: &[],
+    values: &[
+        ("k_per_facing", Number::F32),
+        ("k_per_time", Number::F32),
+        ("k_per_days", Number::F32),
+        ("k_per_second", Number::F32),
+        ("k_day_s", Number::F32),
+    ],
+    slots: &[
+        Slot::cells("lit", "f32"),
+        Slot::cells("energy", "f32"),
+        Slot::output("exposure"),
+        Slot::output("sunlit"),
+        Slot::output("duration"),
+        Slot::output("irradiance"),
+    ],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&smooth::SHADER, &horizon::device::SHADER, &sunlight::device::SHADER, &SHADER],
+    passes: Passes::Recorded(record),
+    // sums over the day in another order: 1e-5 of a day and of the sun
+    tolerance: &[
+        Tolerance::absolute(1e-5),
+        Tolerance::absolute(1e-5),
+        Tolerance::absolute(1.0),
+        Tolerance::absolute(0.01),
+    ],
+    ..GpuKernel::DEFAULT
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let params = Params::read(job.params);
+    let (arcs, days) = params.arcs();
+    let horizons = horizon::device::Horizons::new(job, recorder, [0.0, 0.2], &params.rays(job.world()))?;
+    let [lit, energy] = sunlight::device::record(job, recorder, [0.2, 0.9], &horizons, &arcs)?;
+    let scales = Scales::new(&arcs, days);
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("lit", Bind::Scratch(lit)), ("energy", Bind::Scratch(energy))],
+        values: &[
+            ("k_per_facing", Scalar::F32(scales.exposure)),
+            ("k_per_time", Scalar::F32(scales.sunlit)),
+            ("k_per_days", Scalar::F32(scales.duration)),
+            ("k_per_second", Scalar::F32(scales.irradiance)),
+            ("k_day_s", Scalar::F32(DAY_S as f32)),
+        ],
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
+
+/// Factors from sums over time to outputs.
+struct Scales {
+    exposure: f32,
+    sunlit: f32,
+    duration: f32,
+    irradiance: f32,
+}
+
+impl Scales {
+    fn new(arcs: &[Arc], days: f64) -> Self {
+        let steps = |arc: &Arc| arc.step_s * (arc.positions.len() - 1) as f64;
+        let time_s: f64 = arcs.iter().map(steps).sum();
+        let facing: f64 = arcs
+            .iter()
+            .flat_map(|arc| arc.positions.windows(2).map(|pair| 0.5 * (pair[0].beam + pair[1].beam) * arc.step_s))
+            .sum();
+        let share = |of: f64| if of > 0.0 { (1.0 / of) as f32 } else { 0.0 };
+        let [duration, irradiance] = [1.0 / days, 1.0 / (days * DAY_S)].map(|scale| scale as f32);
+        Self { exposure: share(facing), sunlit: share(time_s), duration, irradiance }
+    }
+}
+
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     // sunshine seconds and joules, and the rows in progress, in addition to the smoothed terrain
@@ -129,28 +207,22 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let nx = job.window().nx();
     let sums = sunlight::sums(job, [0.2, 0.9], &horizon, &surface, &arcs)?;
 
-    let steps = |arc: &Arc| arc.step_s * (arc.positions.len() - 1) as f64;
-    let time_s: f64 = arcs.iter().map(steps).sum();
-    let facing: f64 = arcs
-        .iter()
-        .flat_map(|arc| arc.positions.windows(2).map(|pair| 0.5 * (pair[0].beam + pair[1].beam) * arc.step_s))
-        .sum();
-    let field = |of: usize, scale: f64, most: f32| {
+    let scales = Scales::new(&arcs, days);
+    let field = |of: usize, scale: f32, most: f32| {
         let mut samples = vec![0.0; sums.len() / 2];
         par::all(samples.chunks_mut(nx).zip(sums.chunks(2 * nx)), |_, (row, sums)| {
             for (sample, sum) in row.iter_mut().zip(&sums[of * nx..]) {
-                *sample = (sum * scale as f32).min(most);
+                *sample = (sum * scale).min(most);
             }
         });
         Field::new(job.window(), samples)
     };
-    let share = |of: f64| if of > 0.0 { 1.0 / of } else { 0.0 };
     let wants = Wants::of(job);
     Ok(Given {
-        exposure: wants.exposure.then(|| field(1, share(facing), 1.0)),
-        sunlit: wants.sunlit.then(|| field(0, share(time_s), 1.0)),
-        duration: wants.duration.then(|| field(0, 1.0 / days, DAY_S as f32)),
-        irradiance: wants.irradiance.then(|| field(1, 1.0 / (days * DAY_S), f32::MAX)),
+        exposure: wants.exposure.then(|| field(1, scales.exposure, 1.0)),
+        sunlit: wants.sunlit.then(|| field(0, scales.sunlit, 1.0)),
+        duration: wants.duration.then(|| field(0, scales.duration, DAY_S as f32)),
+        irradiance: wants.irradiance.then(|| field(1, scales.irradiance, f32::MAX)),
     }
     .into())
 }

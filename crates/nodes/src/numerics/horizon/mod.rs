@@ -13,6 +13,8 @@
 //! Sampling smoothed terrain in growing steps is the idea of cone tracing and of max-mip marching. The blocks of a
 //! mip-map would be visible in the result; full-resolution rasters at each level are not.
 
+pub mod device;
+
 use std::ops::Range;
 
 use orograph_graph::{Field, Job, NodeError, Window, World};

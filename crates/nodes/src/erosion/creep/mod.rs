@@ -1,5 +1,7 @@
 //! Soil creep: diffusion of hillslopes.
 
+mod device;
+
 use crate::numerics::{hillslope::Hillslope, ledger};
 use crate::prelude::*;
 use orograph_graph::memory::zeroed;
@@ -32,7 +34,7 @@ pub static NODE: Node = Node {
     id: "Creep",
     category: "erosion",
     summary: "Soil creep: rounds crests, fills hollows and smooths roughness.",
-    doc: include_str!("creep.md"),
+    doc: include_str!("page.md"),
     sources: &[
         "W. E. H. Culling (1960), Analytical theory of erosion, Journal of Geology 68, 336-344",
         "J. J. Roering, J. W. Kirchner and W. E. Dietrich (1999), Evidence for nonlinear, diffusive sediment transport on \
@@ -46,6 +48,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&device::GPU),
     // creep depends on curvature, which coarser cells underestimate
     resolution: Resolution::Within(0.08),
     example: "height: \"base\", diffusivity: 0.02, duration: 2e6",
@@ -63,13 +66,18 @@ const MAX_STEPS: f64 = 64.0;
 /// Number of steps between two reports of progress.
 const TOGETHER: usize = 8;
 
+/// Returns the number of steps: D Δt / d² of each is at most 1/3, where steps are fourth-order in space, unless that takes
+/// more than [`MAX_STEPS`].
+fn steps(mobility: f64) -> u32 {
+    (3.0 * mobility).ceil().min(MAX_STEPS) as u32
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { height: start, diffusivity } = Inputs::read(job)?;
     let params = Params::read(job.params);
     let window = job.window();
     let slope = Hillslope::new(&window, diffusivity, params.critical_slope);
-    // D Δt / d² is at most 1/3, where steps are fourth-order in space, unless that takes more than `MAX_STEPS`
-    let steps = (3.0 * slope.mobility(params.duration)).ceil().min(MAX_STEPS) as u32;
+    let steps = steps(slope.mobility(params.duration));
     let mut heights: Vec<f64> = start.samples().iter().map(|&height| f64::from(height)).collect();
     let wants = Wants::of(job);
     let mut left = zeroed(if wants.report { heights.len() } else { 0 })?;
@@ -84,17 +92,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     };
     let report = || {
         let changes = heights.iter().zip(start.samples()).map(|(height, &before)| height - f64::from(before));
-        let [settled, eroded] = ledger::gains_and_losses(changes);
-        let volume = |metres: f64| job.cell_m() * job.cell_m() * metres;
-        let mut report = Report::default();
-        report.balance(Balance::new(
-            "soil",
-            0.0,
-            &[("eroded", volume(eroded))],
-            &[("settled", volume(settled)), ("left_the_world", volume(left.iter().sum()))],
-            0.0,
-        ));
-        report
+        balance(job, ledger::gains_and_losses(changes), left.iter().sum())
     };
     Ok(Given {
         report: wants.report.then(report),
@@ -102,4 +100,19 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         moved: wants.moved.then(|| Field::new(window, heights.iter().zip(start.samples()).map(moved).collect())),
     }
     .into())
+}
+
+/// Returns the balance of soil from the sums of gains and losses of cells, and of what left the world, in metres over a
+/// cell.
+fn balance(job: &Job<'_>, [settled, eroded]: [f64; 2], left: f64) -> Report {
+    let volume = |metres: f64| job.cell_m() * job.cell_m() * metres;
+    let mut report = Report::default();
+    report.balance(Balance::new(
+        "soil",
+        0.0,
+        &[("eroded", volume(eroded))],
+        &[("settled", volume(settled)), ("left_the_world", volume(left))],
+        0.0,
+    ));
+    report
 }
