@@ -27,6 +27,7 @@ graphs=(
     "road|A road across the mountains|colour|2048|.05 .45"
     "isles|Islands|colour|2048|.35 .35"
     "mesas|Mesas|colour|2048|.35 .35"
+    "terraces|Terraced fields|colour|1024|.60 .25"
     "scree|Cliffs and scree|-|1024|.35 .35"
     "rivers|Rivers and lakes|map|2048|.35 .35"
     "carve_dem|A real landscape, eroded further|after|1024|.35 .35"

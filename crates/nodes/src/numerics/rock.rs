@@ -5,7 +5,12 @@
 
 use orograph_graph::{Job, Lane, NodeError, mix};
 
-use super::{math, par, waves::Waves};
+use super::{
+    math,
+    noise::{Basis, Fractal, Octave, sum},
+    par,
+    waves::Waves,
+};
 
 /// Spectral slopes of the hardness and of the slope at which rock gives way.
 const SPECTRAL_SLOPES: [f64; 2] = [2.5, 2.4];
@@ -69,6 +74,37 @@ impl Bodies {
         let waves = Waves { longest_m: self.longest_m, spectral_slope: SPECTRAL_SLOPES[which], stretch, grain, seed };
         waves.field(job, &job.window(), self.shortest_m)
     }
+}
+
+/// The longest wavelength of knolls, in lengths of hillslopes.
+const LONGEST_KNOLLS: f64 = 0.5;
+/// The part of the first octave of knolls in the sum of all.
+const FIRST_OCTAVE: f64 = 0.5;
+/// Standard deviation of the slope of an octave of knolls along one axis, per wavelength, for an amplitude of 1.
+const OCTAVE_SLOPE: f64 = 0.49;
+
+/// Returns the knolls and hollows of hillslopes on rock that is harder or softer over short distances, in metres of
+/// height per slope of the hillslope: octaves of equal slope, whose standard deviation is `roughness`, from half of
+/// `hillslope_m` down to a few cells. Empty where there are none, or cells are too large for them.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub(crate) fn knolls(job: &Job<'_>, roughness: f64, hillslope_m: f64) -> Result<Vec<f32>, NodeError> {
+    let wavelength_m = LONGEST_KNOLLS * hillslope_m;
+    if roughness <= 0.0 || wavelength_m <= 0.0 {
+        return Ok(Vec::new());
+    }
+    let seed = mix(job.seed() ^ mix(0x5EED_0003));
+    let fractal = Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
+    let window = job.window();
+    // all waves at full height that cells can represent
+    let full = |octave: Octave| Octave { fade: 1.0, ..octave.seen(1.0, [0; 2]) };
+    let octaves: Vec<_> = fractal.octaves(&window.world).into_iter().map(full).collect();
+    if octaves.is_empty() {
+        return Ok(Vec::new());
+    }
+    let amplitude_m = roughness * wavelength_m / (OCTAVE_SLOPE * FIRST_OCTAVE);
+    sum::places(job, [window.nx(), window.ny()], &octaves, Basis::Bell, amplitude_m)
 }
 
 /// Returns the tangent of a steepest slope in degrees; infinite for 90° and for a void.

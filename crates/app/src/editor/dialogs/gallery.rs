@@ -49,6 +49,7 @@ const EXAMPLES: &[Example] = examples! {
     "rivers" "Rivers and lakes" output "map";
     "fault" "A fault and its escarpment" output "map";
     "mesas" "Mesas" output "colour";
+    "terraces" "Terraced fields" output "colour";
     "belts" "Vegetation belts" output "colour";
     "painted" "Painted for an engine" output "colour";
     "glen" "A Highland glen";

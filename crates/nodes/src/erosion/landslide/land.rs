@@ -163,6 +163,11 @@ impl Land {
 
     /// Returns the height at a place, bilinear between the centres of cells.
     pub fn height_m(&self, place_m: [f64; 2]) -> f64 {
+        self.between(place_m, |cell| self.ground[cell])
+    }
+
+    /// Returns a value of cells at a place, bilinear between their centres.
+    pub fn between(&self, place_m: [f64; 2], value: impl Fn(usize) -> f64) -> f64 {
         let counts = [self.nx, self.ny];
         let [(x0, x1, u), (y0, y1, v)] = [0, 1].map(|axis| {
             let at = place_m[axis] / self.cell_m - 0.5;
@@ -170,7 +175,7 @@ impl Land {
             let index = |k: i64| (if self.wraps[axis] { k.rem_euclid(count) } else { k.clamp(0, count - 1) }) as usize;
             (index(first as i64), index(first as i64 + 1), at - first)
         });
-        let at = |x: usize, y: usize| self.ground[y * self.nx + x];
+        let at = |x: usize, y: usize| value(y * self.nx + x);
         (1.0 - v) * ((1.0 - u) * at(x0, y0) + u * at(x1, y0)) + v * ((1.0 - u) * at(x0, y1) + u * at(x1, y1))
     }
 

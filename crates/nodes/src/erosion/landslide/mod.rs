@@ -30,7 +30,7 @@ params! {
     /// Length of the largest zones of weak rock or soil: no scar is much longer.
     largest: f64 = 1200.0, Metres, 1.0..=1e5, soft 100..=5000;
     /// Exponent α of the areas of these zones, whose density is A^(−α).
-    size_exponent: f64 = 2.2, One, 1.1..=6.0, soft 1.5..=3;
+    size_exponent: f64 = 1.8, One, 1.1..=6.0, soft 1.5..=3;
     /// Thickness of zones of weak rock that are 100 m long; that of others goes with their length to the power of 0.7.
     thickness: f64 = 10.0, Metres, 0.1..=1e4, soft 1..=50;
     /// Cohesion of rock masses. Layers multiply it by their hardness.
@@ -43,6 +43,10 @@ params! {
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// Size of the largest bodies of harder or softer rock; 0 for the same `repose` everywhere.
     variation_size: f64 = 3e3, Metres, 0.0..=1e7, soft 0..=50e3;
+    /// How rough hillslopes are: the `roughness` of `StreamPower`. Knolls of harder rock stand steeper.
+    knolls: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
+    /// The `headwater_area` of `StreamPower`; the largest knolls are half as long as its root.
+    headwater_area: f64 = 5e5, SquareMetres, 0.0..=1e12, soft 0..=5e6;
     /// Largest deviation of the dip and the strike of a failure plane from those of the law.
     scatter: f64 = 5.0, Degrees, 0.0..=30.0, soft 0..=10;
     /// Irregularity of the outlines and floors of scars.
@@ -98,9 +102,16 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Landslide",
-    version: 2,
-    // the rock of `StreamPower` at its defaults
-    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] }],
+    version: 3,
+    migrations: &[
+        // the rock of `StreamPower` at its defaults
+        Migration { from: 1, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] },
+        // and its rough ground; sizes with published exponents of volumes too
+        Migration {
+            from: 2,
+            steps: &[Step::Keep { name: "knolls", value: "0" }, Step::Keep { name: "size_exponent", value: "2.2" }],
+        },
+    ],
     category: "erosion",
     summary: "Rock fails in wedges and soil in shallow slides; debris runs out and comes to rest below.",
     doc: include_str!("page.md"),
@@ -152,7 +163,8 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     // what moves and where it comes from, and the steepest slopes
     let varies = params.variation_size > 0.0 && params.repose_variation > 0.0;
     let steepest = when(varies, 8.0).max(when(varies || sizing.is_wired(Inputs::PORTS, "repose"), 4.0));
-    let step = when(tests > 0.0, 33.0 + steepest);
+    let knolls = when(params.knolls > 0.0 && params.headwater_area > 0.0, 4.0);
+    let step = when(tests > 0.0, 33.0 + steepest + knolls);
     let given = 4.0 * (wants.count() - usize::from(wants.report)) as f64;
     let events = (200.0 * tests.min(draw::MOST_TESTS)) as u64;
     // outputs are made when nothing moves any more

@@ -16,7 +16,7 @@ use super::{
 use crate::numerics::{
     beds::{Beds, Ground},
     math,
-    rock::{Bodies, tangent},
+    rock::{Bodies, knolls, tangent},
     voids,
     waves::SHORTEST_CELLS,
 };
@@ -62,6 +62,15 @@ fn steepest(job: &Job<'_>, params: &Params, inputs: &Inputs<'_>) -> Result<Vec<f
     Ok(steepest)
 }
 
+/// Returns the mean tangent of the steepest slopes, where slopes are limited: that by which `StreamPower` raises knolls.
+fn mean_steepest(strength: &Strength<'_>, heights: &[f32]) -> f64 {
+    let tangents = heights.iter().enumerate().map(|(cell, height)| strength.tangent(cell, f64::from(*height)));
+    let (sum, count) = tangents
+        .filter(|tangent| tangent.is_finite())
+        .fold((0.0, 0.0), |(sum, count), tangent| (sum + tangent, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
 /// The thickness of soil: 0 in voids and where it is negative.
 fn metres(soil: f32) -> f64 {
     if soil.is_finite() { f64::from(soil).max(0.0) } else { 0.0 }
@@ -92,7 +101,7 @@ impl<'a> Slides<'a> {
         }
         let steepest = steepest(job, params, inputs)?;
         let beds = inputs.strata.map(|strata| (Beds::of_rock(strata.column()), strata.offset().samples()));
-        let strength = Strength {
+        let mut strength = Strength {
             steepest: match &steepest[..] {
                 [one] => Lane::Constant(*one),
                 cells => Lane::Samples(cells),
@@ -101,7 +110,14 @@ impl<'a> Slides<'a> {
             shaken: math::atan(params.shaking),
             cohesion: params.cohesion,
             unit_weight: params.density * GRAVITY,
+            knolls: &[],
         };
+        let mut knolls = knolls(job, params.knolls, params.headwater_area.sqrt())?;
+        if !knolls.is_empty() {
+            let mean = mean_steepest(&strength, &slides.start) as f32;
+            knolls.iter_mut().for_each(|knoll| *knoll *= mean);
+            strength.knolls = &knolls;
+        }
         let soil = Soil::new(params);
         let wet = |cell: usize| match f64::from(inputs.wetness.at(cell)) {
             wet if wet.is_finite() => wet,

@@ -44,6 +44,8 @@ pub(super) struct Strength<'a> {
     /// Tangent of the steepest slope of a cell; relative to that of its layer with layers.
     pub steepest: Lane<'a>,
     pub layers: Option<Ground<'a>>,
+    /// How far harder rock stands above the slopes that are tested, in metres; empty on even ground.
+    pub knolls: &'a [f32],
     /// Angle by which shaking lowers the angle of friction, in radians.
     pub shaken: f64,
     pub cohesion: f64,
@@ -51,16 +53,17 @@ pub(super) struct Strength<'a> {
 }
 
 impl Strength<'_> {
+    /// Returns the tangent of the steepest slope of a cell at an elevation.
+    pub fn tangent(&self, cell: usize, elevation_m: f64) -> f64 {
+        let steepest = f64::from(self.steepest.at(cell));
+        self.layers.as_ref().map_or(steepest, |layers| steepest * layers.tangent(cell, elevation_m))
+    }
+
     /// Returns the angle of friction in radians and the cohesion of a cell at an elevation.
     fn at(&self, cell: usize, elevation_m: f64) -> [f64; 2] {
-        let steepest = f64::from(self.steepest.at(cell));
-        let (tangent, hardness) = match &self.layers {
-            Some(layers) => {
-                (steepest * layers.tangent(cell, elevation_m), 1.0 / layers.weakness(cell, elevation_m).max(1e-6))
-            }
-            None => (steepest, 1.0),
-        };
-        [(math::atan(tangent) - self.shaken).max(0.0), self.cohesion * hardness]
+        let weakness = self.layers.as_ref().map_or(1.0, |layers| layers.weakness(cell, elevation_m).max(1e-6));
+        let friction = math::atan(self.tangent(cell, elevation_m)) - self.shaken;
+        [friction.max(0.0), self.cohesion * (1.0 / weakness)]
     }
 }
 
@@ -85,11 +88,16 @@ pub(super) fn fails(land: &Land, strength: &Strength<'_>, test: &Test, params: &
     let azimuth = math::atan2(towards[1], towards[0]) + turned(Draw::Strike);
     let up = [math::cos(azimuth), math::sin(azimuth)];
     let [friction, cohesion] = strength.at(land.cell_at(toe_m), z);
+    let knoll_m = |place: [f64; 2]| match strength.knolls {
+        [] => 0.0,
+        knolls => land.between(place, |cell| f64::from(knolls[cell])),
+    };
+    let even_z = z - knoll_m(toe_m);
     let (mut most, mut slope) = (0.0, 0.0);
     for part in REACHES {
         let run = part * length_m;
         let place = [0, 1].map(|axis| toe_m[axis] + run * up[axis]);
-        let high = if land.holds(place) { land.height_m(place) - z } else { 0.0 };
+        let high = if land.holds(place) { land.height_m(place) - knoll_m(place) - even_z } else { 0.0 };
         let angle = math::atan(high / run);
         let ratio = high / critical_m(cohesion, strength.unit_weight, angle, friction);
         if ratio > most {

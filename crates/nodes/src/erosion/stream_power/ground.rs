@@ -7,17 +7,11 @@
 //! heights of ridges depend neither on the ground nor on how much of it the cells can hold. With a K that varies over
 //! such distances the differences along a way would add up instead.
 
-use orograph_graph::{Job, NodeError, mix};
+use orograph_graph::{Job, NodeError};
 
 use super::Params;
-use crate::numerics::noise::{Basis, Fractal, Octave, sum};
+use crate::numerics::rock::knolls;
 
-/// The longest wavelength in √A₀.
-const LONGEST: f64 = 0.5;
-/// The part of the first octave in the sum of all.
-const FIRST: f64 = 0.5;
-/// Standard deviation of the slope of an octave of the noise along one axis, per wavelength, for an amplitude of 1.
-const SLOPE: f64 = 0.49;
 /// The least and the largest factor of a slope.
 const FACTORS: [f64; 2] = [0.25, 4.0];
 
@@ -36,21 +30,11 @@ impl Ground {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn new(job: &Job<'_>, params: &Params) -> Result<Self, NodeError> {
-        let wavelength_m = LONGEST * params.headwater_area.sqrt();
-        if params.roughness <= 0.0 || wavelength_m <= 0.0 {
+        let hillslope_m = params.headwater_area.sqrt();
+        if params.roughness <= 0.0 || hillslope_m <= 0.0 {
             return Ok(Self { heights: Vec::new(), has_feet: false });
         }
-        let seed = mix(job.seed() ^ mix(0x5EED_0003));
-        let fractal = Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
-        let window = job.window();
-        // all waves at full height that cells can represent
-        let full = |octave: Octave| Octave { fade: 1.0, ..octave.seen(1.0, [0; 2]) };
-        let octaves: Vec<_> = fractal.octaves(&window.world).into_iter().map(full).collect();
-        if octaves.is_empty() {
-            return Ok(Self { heights: Vec::new(), has_feet: true });
-        }
-        let amplitude_m = params.roughness * wavelength_m / (SLOPE * FIRST);
-        let heights = sum::places(job, [window.nx(), window.ny()], &octaves, Basis::Bell, amplitude_m)?;
+        let heights = knolls(job, params.roughness, hillslope_m)?;
         Ok(Self { heights, has_feet: true })
     }
 

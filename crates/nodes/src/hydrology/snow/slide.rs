@@ -57,6 +57,7 @@ impl Holding {
     }
 
     /// Returns the depth that a slope, given by its tangent, holds.
+    #[inline(always)]
     fn at(&self, tangent: f32) -> f32 {
         let place = lane::atan(tangent) * const { (PER_DEGREE * 180.0 / PI) as f32 };
         let at = place as usize;

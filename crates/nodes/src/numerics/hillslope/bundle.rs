@@ -8,6 +8,7 @@
 //! Tridiagonal systems are solved by elimination without subtractions (Grassmann, Taksar and Heyman 1985), which stays
 //! exact where c is so large that 1 + c equals c.
 
+use super::even::Even;
 use crate::numerics::simd::simd;
 
 /// Lines of a bundle: two of the widest vectors, so that one's division waits for nobody.
@@ -87,6 +88,11 @@ pub struct Bundle {
     /// Whether there are sinks, and whether there are holes in the data.
     sinks: bool,
     holes: bool,
+    /// D Δt / d² if it is that of all cells but holes; `mobility` is then unset until `uneven`.
+    same: Option<f64>,
+    /// What is known of lines on which nothing differs between their ends, and whether the last step was along such.
+    even: Even,
+    is_even: bool,
     /// Lines and cells that were told to keep their heights.
     kept: Vec<[usize; 2]>,
     /// The rise between two cells at the critical slope in metres; infinite for linear diffusion.
@@ -127,6 +133,9 @@ impl Bundle {
             risen,
             sinks: false,
             holes: false,
+            same: None,
+            even: Even::default(),
+            is_even: false,
             kept: Vec::new(),
             critical_m,
             start: lanes(true),
@@ -145,9 +154,15 @@ impl Bundle {
 
     /// Reads heights, as slices of rows of the raster, and makes holes in the data walls.
     pub fn load(&mut self, heights: &[&mut [f64]], ground: &Ground<'_>) {
-        (self.sinks, self.holes) = (false, false);
-        self.kept.clear();
+        self.free();
+        if std::mem::take(&mut self.holes) {
+            self.hold.fill([FREE; LANES]);
+        }
+        self.same = ground.diffusivity.is_none().then(|| mobility(ground.least, ground));
         load(self, heights, ground);
+        if self.critical_m < f64::INFINITY {
+            self.uneven();
+        }
         if let Some(outer) = ground.outer {
             across(self, outer, ground.lines);
         }
@@ -166,12 +181,41 @@ impl Bundle {
         }
     }
 
+    /// Lets all ground move again.
+    fn free(&mut self) {
+        self.sinks = false;
+        for [line, i] in self.kept.drain(..) {
+            self.hold[i][line] = FREE;
+        }
+    }
+
+    /// Sets the mobility of each cell where it is the same everywhere.
+    fn uneven(&mut self) {
+        if let Some(same) = self.same.take() {
+            for (mobility, hold) in self.mobility.iter_mut().zip(&self.hold) {
+                *mobility = hold.map(|hold| if hold == HOLE { 0.0 } else { same });
+            }
+        }
+    }
+
+    /// The mobility of all cells, if nothing differs between the ends of the lines.
+    fn evenly(&self) -> Option<f64> {
+        let cells = self.start.len();
+        let plain = !(self.wraps || self.risen || self.holes) && cells > 1;
+        self.same.filter(|_| plain && self.kept.iter().all(|&[_, i]| i == 0 || i + 1 == cells))
+    }
+
     /// Makes a step.
     pub fn step(&mut self) {
         let steepens = self.critical_m < f64::INFINITY;
-        if steepens {
+        let even = self.evenly();
+        self.is_even = even.is_some();
+        if let Some(mobility) = even {
+            self.even.prepare(mobility, self.start.len());
+        } else if steepens {
             steep_faces(self)
         } else {
+            self.uneven();
             faces(self)
         }
         // What would give more than it gets is no sink, which may bring others to give.
@@ -185,7 +229,11 @@ impl Bundle {
                 // Whether or not the slopes have converged, all heights are now between those at the start.
                 secants(self);
             }
-            eliminate(self);
+            if self.is_even {
+                self.even.solve(&self.start, [&self.hold[0], &self.hold[self.start.len() - 1]], &mut self.end);
+            } else {
+                eliminate(self);
+            }
             if round == ROUNDS || !self.sinks || !release(self, round + 1 == ROUNDS) {
                 break;
             }
@@ -210,11 +258,8 @@ impl Bundle {
 
     /// Begins another step where the last one ended, with all ground free again.
     pub fn go_on(&mut self) {
-        (self.sinks, self.kept) = (false, Vec::new());
-        for ((start, end), hold) in self.start.iter_mut().zip(&self.end).zip(&mut self.hold) {
-            *start = *end;
-            hold.iter_mut().for_each(|hold| *hold = if *hold == HOLE { HOLE } else { FREE });
-        }
+        self.free();
+        std::mem::swap(&mut self.start, &mut self.end);
     }
 
     /// What cell `i` of a line gets, in metres over a cell.
@@ -231,7 +276,14 @@ impl Bundle {
         if self.hold[before][line] != FREE && self.hold[after][line] != FREE {
             return 0.0;
         }
-        self.given[i][line] + self.implicit[i][line] * (self.end[before][line] - self.end[after][line])
+        let (given, implicit) = if !self.is_even {
+            (self.given[i][line], self.implicit[i][line])
+        } else if i == 0 || i == self.start.len() {
+            (0.0, 0.0)
+        } else {
+            (self.even.explicit * (self.start[before][line] - self.start[after][line]), self.even.implicit)
+        };
+        given + implicit * (self.end[before][line] - self.end[after][line])
     }
 }
 
@@ -250,19 +302,19 @@ fn mobility(diffusivity: f64, ground: &Ground<'_>) -> f64 {
 simd! {
     /// Reads heights and mobilities.
     fn load(bundle: &mut Bundle, heights: &[&mut [f64]], ground: &Ground<'_>) {
-        let even = [mobility(ground.least, ground); LANES];
         match ground.along {
             Along::Columns => {
                 for (i, row) in heights.iter().enumerate() {
                     let mut given = [f64::NAN; LANES];
                     given.iter_mut().zip(&**row).for_each(|(given, height)| *given = *height);
-                    let mut mobile = even;
-                    if let Some(diffusivities) = ground.diffusivity {
+                    let mobile = ground.diffusivity.map(|diffusivities| {
+                        let mut mobile = [0.0; LANES];
                         mobile.iter_mut().zip(diffusivities[i]).for_each(|(mobile, &given)| {
                             *mobile = mobility(diffusivity(given).max(ground.least), ground);
                         });
-                    }
-                    set(bundle, i, &given, &mobile);
+                        mobile
+                    });
+                    set(bundle, i, &given, mobile.as_ref());
                 }
             }
             Along::Rows => {
@@ -273,18 +325,18 @@ simd! {
                         given.iter_mut().zip(&row[first..]).for_each(|(given, height)| *given = *height);
                     }
                     let given = transposed(&given);
-                    let mut mobile = [even; LANES];
-                    if let Some(diffusivities) = ground.diffusivity {
+                    let mobile = ground.diffusivity.map(|diffusivities| {
+                        let mut mobile = [[0.0; LANES]; LANES];
                         for (mobile, row) in mobile.iter_mut().zip(diffusivities) {
                             mobile.iter_mut().zip(&row[first..]).for_each(|(mobile, &given)| {
                                 *mobile = mobility(diffusivity(given).max(ground.least), ground);
                             });
                         }
-                        mobile = transposed(&mobile);
-                    }
+                        transposed(&mobile)
+                    });
                     let cells = LANES.min(bundle.start.len() - first);
-                    for (i, (given, mobile)) in given.iter().zip(&mobile).take(cells).enumerate() {
-                        set(bundle, first + i, given, mobile);
+                    for (i, given) in given.iter().take(cells).enumerate() {
+                        set(bundle, first + i, given, mobile.as_ref().map(|mobile| &mobile[i]));
                     }
                 }
             }
@@ -349,17 +401,23 @@ simd! {
 
 /// Sets a cell of all lines: free, or a hole where there is no height.
 #[inline(always)]
-fn set(bundle: &mut Bundle, i: usize, given: &Lanes, mobile: &Lanes) {
-    let (start, mobility, hold) = (&mut bundle.start[i], &mut bundle.mobility[i], &mut bundle.hold[i]);
-    let mut holes = 0.0;
+fn set(bundle: &mut Bundle, i: usize, given: &Lanes, mobile: Option<&Lanes>) {
+    let start = &mut bundle.start[i];
+    let mut holes = [FREE; LANES];
     for lane in 0..LANES {
         let ground = given[lane].abs() < HIGHEST_M;
         start[lane] = if ground { given[lane] } else { 0.0 };
-        mobility[lane] = if ground { mobile[lane] } else { 0.0 };
-        hold[lane] = if ground { FREE } else { HOLE };
-        holes += hold[lane];
+        holes[lane] = if ground { FREE } else { HOLE };
     }
-    bundle.holes |= holes > 0.0;
+    if holes.iter().sum::<f64>() > 0.0 {
+        bundle.holes = true;
+        bundle.hold[i] = holes;
+    }
+    if let Some(mobile) = mobile {
+        for ((mobility, mobile), hole) in bundle.mobility[i].iter_mut().zip(mobile).zip(holes) {
+            *mobility = if hole == FREE { *mobile } else { 0.0 };
+        }
+    }
 }
 
 simd! {
@@ -392,19 +450,19 @@ const fn beside(face: usize, cells: usize) -> [usize; 2] {
 
 /// 1 for a cell whose height may change, else 0.
 #[inline(always)]
-fn moves(hold: f64) -> f64 {
+pub fn moves(hold: f64) -> f64 {
     if hold == FREE { 1.0 } else { 0.0 }
 }
 
 /// D Δt / d² on the face between two cells: the harmonic mean, so that nothing crosses the edge of what does not move.
 #[inline(always)]
-fn harmonic(a: f64, b: f64) -> f64 {
+pub fn harmonic(a: f64, b: f64) -> f64 {
     2.0 * a * b / (a + b + f64::MIN_POSITIVE)
 }
 
 /// The explicit share of what is c in all.
 #[inline(always)]
-fn explicit(c: f64) -> f64 {
+pub fn explicit(c: f64) -> f64 {
     let fourth_order = 0.5 * c + 1.0 / 12.0;
     let most = if c < EXPLICIT { c } else { EXPLICIT };
     if fourth_order < most { fourth_order } else { most }

@@ -10,6 +10,7 @@
 //! (Meyer, Balsara and Aslam 2014) overshoot beside cells that keep their height; multigrid costs ten times as much.
 
 mod bundle;
+mod even;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]

@@ -286,3 +286,23 @@ fn it_can_be_cancelled() {
     let found = testing::outputs_until(&cancel, *height.window(), &NODE, &params, &[("height", &height)]);
     assert_eq!(found, Err(NodeError::Cancelled));
 }
+
+/// Ground of one diffusivity, whose lines share the ratios of their solution, gives the bits of a map of it.
+#[test]
+fn even_ground_gives_the_bits_of_a_map() {
+    for side in [Edge::Wall, Edge::Base, Edge::Open, Edge::Periodic] {
+        for (nx, ny) in [(70, 48), (32, 33), (2, 16), (1, 9)] {
+            let world = World { boundary: Boundary::all(side), ..testing::world(nx, ny, 10.0) };
+            let height = testing::field(world, |x, y| 300.0 * white(x, y) - 100.0);
+            let map = Field::new(*height.window(), vec![0.01; height.samples().len()]);
+            for changes in ["duration=1e3", "duration=1e6"] {
+                let params = testing::with_params(&NODE, changes);
+                let even = ["height", "moved"]
+                    .map(|output| testing::run(&NODE, &params, &[("height", &height)], output).into_samples());
+                let mapped = creep_where(&height, &map, changes);
+                let mut pairs = even.iter().flatten().zip(mapped.iter().flatten());
+                assert!(pairs.all(|(a, b)| a.to_bits() == b.to_bits()), "{side:?} {nx}x{ny} {changes}");
+            }
+        }
+    }
+}

@@ -165,6 +165,18 @@ fn sigma(level: usize) -> f64 {
     FIRST_SIGMA * (1_u64 << (level - 1)) as f64
 }
 
+/// Samples that are taken in one loop, which reads and writes each cell once for all of them.
+const TOGETHER: usize = 4;
+
+/// A sample of a row of cells: the rows that are read and how far their columns are shifted.
+#[derive(Clone, Copy, Default)]
+struct Sample<'a> {
+    rows: [&'a [f32]; 2],
+    shifts: [i64; 2],
+    share: f32,
+    per_m: f32,
+}
+
 /// Terrain for which horizons are computed.
 #[derive(Debug)]
 pub struct Horizon<'a> {
@@ -204,24 +216,66 @@ impl<'a> Horizon<'a> {
         let (nx, len) = (self.window.nx(), columns.len());
         out[..len].fill(0.0);
         let here = &self.height[j * nx..][columns.clone()];
+        let mut samples = [Sample::default(); TOGETHER];
+        let mut count = 0;
         for look in &self.rays.rays[ray] {
             let (Some(first), Some(second)) = (self.row(look, j, look.first[1]), self.row(look, j, look.second[1]))
             else {
                 continue;
             };
             let shifts = [look.first[0], look.second[0]];
-            let mut at = columns.start;
-            while let Some((from, count, sources)) = self.stretch(at, columns.end, shifts) {
-                let cells = from - columns.start..from - columns.start + count;
-                raise(
-                    &mut out[cells.clone()],
-                    &here[cells],
-                    [&first[sources[0]..][..count], &second[sources[1]..][..count]],
-                    look.share,
-                    look.per_m,
-                );
-                at = from + count;
+            samples[count] = Sample { rows: [first, second], shifts, share: look.share, per_m: look.per_m };
+            count += 1;
+            if count == TOGETHER {
+                self.see_together(&samples, here, columns.clone(), out);
+                count = 0;
             }
+        }
+        for sample in &samples[..count] {
+            self.see(sample, here, columns.clone(), columns.clone(), out);
+        }
+    }
+
+    /// Raises tangents to those of samples, where all exist in one loop.
+    fn see_together(&self, samples: &[Sample<'_>; TOGETHER], here: &[f32], columns: Range<usize>, out: &mut [f32]) {
+        let [nx, start] = [self.window.nx() as i64, columns.start as i64];
+        let west = samples.iter().flat_map(|sample| sample.shifts).fold(start, |from, shift| from.max(-shift));
+        let east =
+            samples.iter().flat_map(|sample| sample.shifts).fold(columns.end as i64, |end, shift| end.min(nx - shift));
+        if west >= east {
+            samples.iter().for_each(|sample| self.see(sample, here, columns.clone(), columns.clone(), out));
+            return;
+        }
+        let cells = (west - start) as usize..(east - start) as usize;
+        let there = samples.map(|Sample { rows, shifts, .. }| {
+            [0, 1].map(|k| &rows[k][(west + shifts[k]) as usize..(east + shifts[k]) as usize])
+        });
+        raise_together(
+            &mut out[cells.clone()],
+            &here[cells],
+            &there,
+            samples.map(|sample| sample.share),
+            samples.map(|sample| sample.per_m),
+        );
+        for sample in samples {
+            self.see(sample, here, columns.clone(), columns.start..west as usize, out);
+            self.see(sample, here, columns.clone(), east as usize..columns.end, out);
+        }
+    }
+
+    /// Raises tangents of a part of the columns to those of a sample.
+    fn see(&self, sample: &Sample<'_>, here: &[f32], columns: Range<usize>, part: Range<usize>, out: &mut [f32]) {
+        let mut at = part.start;
+        while let Some((from, count, sources)) = self.stretch(at, part.end, sample.shifts) {
+            let cells = from - columns.start..from - columns.start + count;
+            raise(
+                &mut out[cells.clone()],
+                &here[cells],
+                [0, 1].map(|k| &sample.rows[k][sources[k]..][..count]),
+                sample.share,
+                sample.per_m,
+            );
+            at = from + count;
         }
     }
 
@@ -256,12 +310,37 @@ simd! {
     fn raise(tangents: &mut [f32], here: &[f32], there: [&[f32]; 2], share: f32, per_m: f32) {
         let [first, second] = there;
         for (((tangent, &here), &first), &second) in tangents.iter_mut().zip(here).zip(first).zip(second) {
-            let height = first + (second - first) * share;
-            let seen = (height - here) * per_m;
-            let seen = if seen < STEEPEST { seen } else { STEEPEST };
-            *tangent = if seen > *tangent { seen } else { *tangent };
+            *tangent = raised(*tangent, here, [first, second], share, per_m);
         }
     }
+}
+
+simd! {
+    /// Raises tangents to those of several samples.
+    fn raise_together(
+        tangents: &mut [f32],
+        here: &[f32],
+        there: &[[&[f32]; 2]; TOGETHER],
+        share: [f32; TOGETHER],
+        per_m: [f32; TOGETHER],
+    ) {
+        let cells = tangents.len();
+        let there = there.map(|pair| pair.map(|row| &row[..cells]));
+        for (i, (tangent, &here)) in tangents.iter_mut().zip(&here[..cells]).enumerate() {
+            for k in 0..TOGETHER {
+                *tangent = raised(*tangent, here, [there[k][0][i], there[k][1][i]], share[k], per_m[k]);
+            }
+        }
+    }
+}
+
+/// The tangent of the higher of a horizon and the terrain between two cells.
+#[inline(always)]
+fn raised(tangent: f32, here: f32, [first, second]: [f32; 2], share: f32, per_m: f32) -> f32 {
+    let height = first + (second - first) * share;
+    let seen = (height - here) * per_m;
+    let seen = if seen < STEEPEST { seen } else { STEEPEST };
+    if seen > tangent { seen } else { tangent }
 }
 
 #[cfg(test)]

@@ -73,6 +73,8 @@ struct Level {
     quantum: f32,
     /// True for tiles that the last sweep changed.
     changed: Vec<bool>,
+    /// The rise at repose of tiles in which it is the same everywhere.
+    even: Vec<Option<f32>>,
 }
 
 /// A surface that may slide. Rasters are row-major, without a halo.
@@ -133,6 +135,7 @@ impl Slump {
             let (fine, coarse) = levels.split_at_mut(level + 1);
             coarse[0].coarsen_rise(&fine[level]);
         }
+        levels.iter_mut().for_each(Level::find_even_tiles);
         let mut slump = Self { levels, cells, tolerance };
         slump.load(land.height, land.loose);
         Ok(slump)
@@ -267,7 +270,26 @@ impl Level {
             next: zeroed(len)?,
             quantum: 0.0,
             changed: vec![true; nx.div_ceil(TILE[0]) * ny.div_ceil(TILE[1])],
+            even: vec![None; nx.div_ceil(TILE[0]) * ny.div_ceil(TILE[1])],
         })
+    }
+
+    /// Finds the tiles with one rise at repose, also in their halo.
+    fn find_even_tiles(&mut self) {
+        let stride = self.nx + 2;
+        let tiles = self.nx.div_ceil(TILE[0]);
+        let rise = &self.rise;
+        par::all(self.even.chunks_mut(tiles), |strip, even| {
+            let first = strip * TILE[1];
+            let rows = first..(first + TILE[1]).min(self.ny) + 2;
+            for (tile, even) in even.iter_mut().enumerate() {
+                let columns = tile * TILE[0]..(tile * TILE[0] + TILE[0]).min(self.nx) + 2;
+                let repose = rise[first * stride + columns.start];
+                let same = |row| rise[row * stride..][columns.clone()].iter().all(|rise| *rise == repose);
+                // four of them have a finite sum
+                *even = (repose < HIGHEST && rows.clone().all(same)).then_some(repose);
+            }
+        });
     }
 
     /// Returns the index of a cell.
@@ -321,6 +343,7 @@ impl Level {
             step: STEP,
             tolerance,
             quantum: self.quantum / STEP,
+            even: None,
         };
         let awake = Awake { changed: &self.changed, tiles: [tiles, self.ny.div_ceil(TILE[1])], wraps: self.wraps };
         let mut changed = vec![false; self.changed.len()];
@@ -332,6 +355,7 @@ impl Level {
             for (tile, changed) in changed.iter_mut().enumerate() {
                 if awake.around(tile, strip) {
                     let columns = [tile * TILE[0], (tile * TILE[0] + TILE[0]).min(self.nx)];
+                    let ground = Ground { even: self.even[strip * tiles + tile], ..ground };
                     let seen = sweep::tile(&ground, strip * TILE[1], columns, out);
                     *changed = seen.changed;
                     found.changed |= seen.changed;

@@ -15,6 +15,7 @@ const GIVEN: [f32; 2] = [0.25, 0.0625];
 const FILM: f32 = 1.5e-3;
 
 /// Inputs of a sweep. Rasters have a halo of one cell, and room for [`WIDE`] cells after the last row.
+#[derive(Clone, Copy)]
 pub struct Ground<'a> {
     pub height: &'a [f32],
     /// Rise at repose between neighbours, in metres; infinite where closed.
@@ -28,6 +29,8 @@ pub struct Ground<'a> {
     pub tolerance: f32,
     /// Flows of a loose layer are multiples of this, in metres.
     pub quantum: f32,
+    /// The rise at repose of the tile and its halo, if it is the same in all cells.
+    pub even: Option<f32>,
 }
 
 impl Ground<'_> {
@@ -54,20 +57,48 @@ pub struct Sweep {
 
 /// Sweeps the columns of a strip of rows that begins at row `first`; `out` is the strip, including its halo.
 pub fn tile(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
-    if ground.loose.is_empty() { all_loose(ground, first, columns, out) } else { layered(ground, first, columns, out) }
+    let is_narrow = columns[1] - columns[0] < NARROW;
+    match (ground.loose.is_empty(), is_narrow) {
+        (true, _) if ground.even.is_some() => all_loose_even(ground, first, columns, out),
+        (true, false) => all_loose(ground, first, columns, out),
+        (true, true) => all_loose_narrow(ground, first, columns, out),
+        (false, false) => layered(ground, first, columns, out),
+        (false, true) => layered_narrow(ground, first, columns, out),
+    }
 }
 
 simd! {
     /// A sweep with everything loose.
     fn all_loose(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
-        sweep::<false>(ground, first, columns, out)
+        sweep::<false, false, LANES>(ground, first, columns, out)
+    }
+}
+
+simd! {
+    /// A sweep with everything loose over fewer columns than [`NARROW`].
+    fn all_loose_narrow(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
+        sweep::<false, false, NARROW>(ground, first, columns, out)
+    }
+}
+
+simd! {
+    /// A sweep with everything loose and the same repose everywhere.
+    fn all_loose_even(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
+        sweep::<false, true, LANES>(ground, first, columns, out)
     }
 }
 
 simd! {
     /// A sweep of a loose layer.
     fn layered(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
-        sweep::<true>(ground, first, columns, out)
+        sweep::<true, false, LANES>(ground, first, columns, out)
+    }
+}
+
+simd! {
+    /// A sweep of a loose layer over fewer columns than [`NARROW`].
+    fn layered_narrow(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
+        sweep::<true, false, NARROW>(ground, first, columns, out)
     }
 }
 
@@ -76,6 +107,9 @@ pub const WIDE: usize = TILE[0] + 2;
 
 /// Number of corners along a row. Loops run over so many lanes; those beyond the cells of a tile are ignored.
 const LANES: usize = TILE[0] + 1;
+
+/// Number of corners along a row of a narrow tile, such as the last one of a power of two columns.
+const NARROW: usize = 16;
 
 /// A row of cells and the values derived along it.
 struct Row<'a> {
@@ -94,17 +128,17 @@ impl<'a> Row<'a> {
 
     /// Reads the row that begins at the cell `at`.
     #[inline(always)]
-    fn read<const LAYERED: bool>(&mut self, ground: &Ground<'a>, at: usize) {
+    fn read<const LAYERED: bool, const N: usize>(&mut self, ground: &Ground<'a>, at: usize) {
         self.height = wide(ground.height, at);
         self.rise = wide(ground.rise, at);
         self.moved = wide(ground.moved, at);
         let (height, moved) = (self.height, self.moved);
-        for i in 0..LANES {
+        for i in 0..N {
             self.east[i] = (height[i + 1] - height[i]) + (moved[i + 1] - moved[i]);
         }
         if LAYERED {
             let loose = wide(ground.loose, at);
-            for i in 0..WIDE {
+            for i in 0..=N {
                 self.layer[i] = (loose[i] + moved[i]).max(0.0);
             }
         }
@@ -181,18 +215,24 @@ impl Between {
 
     /// Computes the flows between two rows, and marks lanes where a slope is too steep: corners and faces.
     #[inline(always)]
-    fn fill<const LAYERED: bool>(&mut self, [north, south]: [&Row<'_>; 2], ground: &Ground<'_>, marks: &mut Marks) {
+    fn fill<const LAYERED: bool, const EVEN: bool, const N: usize>(
+        &mut self,
+        [north, south]: [&Row<'_>; 2],
+        ground: &Ground<'_>,
+        marks: &mut Marks,
+    ) {
         let given = GIVEN[0] / ground.step;
+        let even = ground.even.unwrap_or_default();
         let mut rises = [0.0; WIDE];
-        for (i, rise) in rises.iter_mut().enumerate() {
+        for (i, rise) in rises.iter_mut().enumerate().take(N + 1) {
             *rise = (south.height[i] - north.height[i]) + (south.moved[i] - north.moved[i]);
         }
         let (r, rs) = (north.rise, south.rise);
         let (x, xs) = (&north.east, &south.east);
-        for i in 0..LANES {
-            let repose = 0.25 * ((r[i] + r[i + 1]) + (rs[i] + rs[i + 1]));
+        for i in 0..N {
+            let repose = if EVEN { even } else { 0.25 * ((r[i] + r[i + 1]) + (rs[i] + rs[i + 1])) };
             let (gx, gy) = (0.5 * (x[i] + xs[i]), 0.5 * (rises[i] + rises[i + 1]));
-            let open = repose < f32::INFINITY;
+            let open = EVEN || repose < f32::INFINITY;
             self.lean[0][i] = if open { gx } else { 0.0 };
             self.lean[1][i] = if open { gy } else { 0.0 };
             let square = gx * gx + gy * gy;
@@ -223,8 +263,8 @@ impl Between {
                 self.rising[i] = share * climb;
             }
         }
-        for i in 0..LANES {
-            let repose = 0.5 * (r[i + 1] + rs[i + 1]);
+        for i in 0..N {
+            let repose = if EVEN { even } else { 0.5 * (r[i + 1] + rs[i + 1]) };
             let layers = [north.layer[i + 1], south.layer[i + 1]];
             let lean = self.lean[1][i] + self.lean[1][i + 1];
             let (flow, moves) = face::<LAYERED>(rises[i + 1], repose, ground, layers, lean);
@@ -265,7 +305,12 @@ struct Marks {
 }
 
 #[inline(always)]
-fn sweep<const LAYERED: bool>(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
+fn sweep<const LAYERED: bool, const EVEN: bool, const N: usize>(
+    ground: &Ground<'_>,
+    first: usize,
+    columns: [usize; 2],
+    out: &mut [f32],
+) -> Sweep {
     let stride = ground.stride;
     let n = columns[1] - columns[0];
     // index of the cell north-west of the strip's first cell
@@ -273,16 +318,16 @@ fn sweep<const LAYERED: bool>(ground: &Ground<'_>, first: usize, columns: [usize
     let (mut a, mut b) = (Row::NONE, Row::NONE);
     let (mut c, mut d) = (Between::NONE, Between::NONE);
     let mut marks = Marks { corners: [0; LANES], faces: [0; LANES], changed: [0; LANES] };
-    b.read::<LAYERED>(ground, start);
-    a.read::<LAYERED>(ground, start + stride);
-    c.fill::<LAYERED>([&b, &a], ground, &mut marks);
+    b.read::<LAYERED, N>(ground, start);
+    a.read::<LAYERED, N>(ground, start + stride);
+    c.fill::<LAYERED, EVEN, N>([&b, &a], ground, &mut marks);
     for (j, out) in out.chunks_exact_mut(stride).enumerate() {
         let below = start + (j + 2) * stride;
         // rows and the flows between them take turns, which copies nothing and tells vectors that they are apart
         let gains = if j % 2 == 0 {
-            line::<LAYERED>(ground, below, &a, &mut b, &c, &mut d, &mut marks)
+            line::<LAYERED, EVEN, N>(ground, below, &a, &mut b, &c, &mut d, &mut marks)
         } else {
-            line::<LAYERED>(ground, below, &b, &mut a, &d, &mut c, &mut marks)
+            line::<LAYERED, EVEN, N>(ground, below, &b, &mut a, &d, &mut c, &mut marks)
         };
         out[columns[0] + 1..][..n].copy_from_slice(&gains[..n]);
     }
@@ -292,7 +337,7 @@ fn sweep<const LAYERED: bool>(ground: &Ground<'_>, first: usize, columns: [usize
 
 /// Returns the gains of the cells of a row, given the flows to its north, and reads the row below it at `at`.
 #[inline(always)]
-fn line<'a, const LAYERED: bool>(
+fn line<'a, const LAYERED: bool, const EVEN: bool, const N: usize>(
     ground: &Ground<'a>,
     at: usize,
     row: &Row<'a>,
@@ -301,19 +346,20 @@ fn line<'a, const LAYERED: bool>(
     south: &mut Between,
     marks: &mut Marks,
 ) -> [f32; LANES] {
-    below.read::<LAYERED>(ground, at);
-    south.fill::<LAYERED>([row, below], ground, marks);
+    below.read::<LAYERED, N>(ground, at);
+    south.fill::<LAYERED, EVEN, N>([row, below], ground, marks);
     let (mut east, mut gains) = ([0.0; WIDE], [0.0; LANES]);
     let (rise, moved) = (row.rise, row.moved);
-    for i in 0..LANES {
-        let repose = 0.5 * (rise[i] + rise[i + 1]);
+    let even = ground.even.unwrap_or_default();
+    for i in 0..N {
+        let repose = if EVEN { even } else { 0.5 * (rise[i] + rise[i + 1]) };
         let layers = [row.layer[i], row.layer[i + 1]];
         let lean = north.lean[0][i] + south.lean[0][i];
         let (flow, moves) = face::<LAYERED>(row.east[i], repose, ground, layers, lean);
         east[i] = flow;
         marks.corners[i] |= moves;
     }
-    for i in 0..LANES {
+    for i in 0..N {
         let faces = (east[i + 1] - east[i]) + (south.south[i] - north.south[i]);
         let corners = (south.falling[i + 1] - north.falling[i]) + (north.rising[i + 1] - south.rising[i]);
         let before = moved[i + 1];

@@ -61,6 +61,28 @@ fn sweeps_agree_with_double_precision() {
     }
 }
 
+/// So do sweeps of tiles with the same repose everywhere, and of the narrow last tile of a row.
+#[test]
+fn even_and_narrow_tiles_agree_with_double_precision() {
+    let height = field(world(260, 30, 1.0), |x, y| 9.0 * libm::sin(x * 0.9 + y) + 7.0 * libm::cos(y * 0.7) + 500.0);
+    let (height, rise) = (height.samples(), vec![0.7; 260 * 30]);
+    let layer: Vec<f32> = height.iter().map(|h| 0.2 * (h - 495.0).max(0.0)).collect();
+    for loose in [None, Some(layer.as_slice())] {
+        let land = Land { cells: [260, 30], wraps: [false; 2], height, rise: &rise, loose };
+        let mut slump = Slump::new(&land, 0.02).expect("memory");
+        assert!([Some(0.7), None].iter().all(|even| slump.levels[0].even.contains(even)));
+        slump.levels[0].wake();
+        let mut expected = vec![0.0; height.len()];
+        for sweep in 0..8 {
+            with_job([260, 30], |job| slump.levels[0].sweep(0.02, job)).unwrap();
+            expected = reference::sweep(&land, &expected).0;
+            for (at, (moved, expected)) in slump.moved().expect("memory").iter().zip(&expected).enumerate() {
+                assert!((f64::from(*moved) - expected).abs() < 1e-3, "sweep {sweep}, cell {at}: {moved} {expected}");
+            }
+        }
+    }
+}
+
 /// No cell gives more than its layer, and every loss of a cell is the gain of another.
 #[test]
 fn layers_are_conserved_and_never_negative() {

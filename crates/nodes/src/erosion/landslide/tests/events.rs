@@ -24,21 +24,20 @@ fn fits_find_the_exponents_of_drawn_numbers() {
     assert_eq!(tail((0..50).map(|_| 7.0)), None);
 }
 
-/// Malamud et al. (2004) find an exponent of 2.4 for the areas of three inventories, and others lie between 1.9 and
-/// 2.9; Larsen et al. (2010) 1.3 to 1.6 for the volumes of slides in rock, Guzzetti et al. (2009) 1.45, the
-/// specification 1.2 to 1.5.
+/// Areas: Malamud et al. (2004) find 2.4 for three inventories, others 1.9 to 2.9. Volumes: 1.5 to 1.9. Volumes over
+/// areas: Larsen et al. (2010) 1.3 to 1.6 for slides in rock, Guzzetti et al. (2009) 1.45, the specification 1.2 to 1.5.
 #[test]
 fn areas_and_volumes_have_the_published_exponents() {
     let land = mountains([600, 600], 15.0, OPEN);
     for seed in [0, 1] {
-        let found = slide(&format!("rate=4,duration=2e4,seed={seed},variation_size=0"), &[("height", &land)]);
+        let found = slide(&format!("rate=4,duration=1e4,seed={seed},variation_size=0"), &[("height", &land)]);
         let [count, area, scaling, volume] =
             ["rock_slides", "area_exponent", "volume_area_exponent", "volume_exponent"].map(|name| found.measure(name));
         println!("{count} slides, exponents {area:.2} {scaling:.2} {volume:.2}");
         assert!(count > 300.0, "{count}");
         assert!((1.9..2.9).contains(&area), "{area}");
         assert!((1.2..1.5).contains(&scaling), "{scaling}");
-        assert!((1.5..2.4).contains(&volume), "{volume}");
+        assert!((1.5..1.9).contains(&volume), "{volume}");
     }
 }
 
