@@ -91,9 +91,9 @@ simd! {
             let end = &mut end[i];
             for lane in 0..LANES {
                 let ratio = if ends[0][lane] == 1.0 { free[i][1] } else { held[i][1] };
-                end[lane] += ratio * behind[lane];
-                behind[lane] = end[lane];
+                behind[lane] = end[lane] + ratio * behind[lane];
             }
+            *end = behind;
         }
     }
 }
