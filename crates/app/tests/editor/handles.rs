@@ -19,7 +19,7 @@ const LAND: &str = r#"(
     world: (size: "1 km", cells: 128, seed: 3),
     nodes: {
         "hole": Crater(version: 2, pattern: one, centre: (250, 250), diameter: 150),
-        "way":  Path(points: [(200, 200), (at: (500, 500), width: 40), (800, 300)]),
+        "way":  Path(points: [(200, 200), (at: (500, 400), width: 40), (800, 300)]),
         "hill": Gradient(centre: (500, 500), azimuth: 90, length: 400, to: 20),
     },
     outputs: { "height": "hole" },
@@ -36,7 +36,7 @@ fn opened(node: &str) -> (tempfile::TempDir, Harness<'static, App>) {
     // The map has the same keys without a mouse: from the View menu.
     window.get_by_label("View").click();
     window.run_steps(3);
-    window.get_by_label_contains("Map").click();
+    window.get_by_label("Map 2").click();
     window.run_steps(3);
     (folder, window)
 }
@@ -74,15 +74,15 @@ fn points_are_reached_and_moved_by_keys() {
     next(&mut window);
     assert_eq!(focused(&window), "point 1 of points: x 200 m, y 200 m");
     key(&mut window, Modifiers::NONE, Key::Tab);
-    assert_eq!(focused(&window), "point 2 of points: x 500 m, y 500 m");
+    assert_eq!(focused(&window), "point 2 of points: x 500 m, y 400 m");
     picture(&mut window, "handle_with_keyboard");
     key(&mut window, Modifiers::NONE, Key::ArrowRight);
     let step = way(&window)[1].0[0] - 500.0;
     assert!(step > 0.0 && step <= 50.0, "{step}");
-    assert_eq!(way(&window)[1], ([500.0 + step, 500.0], Some(40.0)));
+    assert_eq!(way(&window)[1], ([500.0 + step, 400.0], Some(40.0)));
     key(&mut window, Modifiers::NONE, Key::ArrowUp);
     key(&mut window, Modifiers::SHIFT, Key::ArrowLeft);
-    assert_eq!(way(&window)[1].0, [500.0 - 9.0 * step, 500.0 - step]);
+    assert_eq!(way(&window)[1].0, [500.0 - 9.0 * step, 400.0 - step]);
     assert_eq!(steps(&window), 3, "each press is an undo step");
     assert_eq!(focused(&window).split(':').next(), Some("point 2 of points"), "the keyboard stays");
     let before = way(&window)[1].0;
@@ -110,8 +110,7 @@ fn a_held_key_is_one_undo_step() {
     window.run_steps(2);
     assert!(way(&window)[0].0[1] > 220.0, "{:?}", way(&window));
     assert_eq!(steps(&window), 1);
-    window.key_press_modifiers(modifiers, key);
-    window.run_steps(2);
+    crate::hand::key(&mut window, modifiers, key);
     assert_eq!(steps(&window), 2);
     window.state_mut().session_mut().undo();
     window.state_mut().session_mut().undo();
@@ -122,21 +121,21 @@ fn a_held_key_is_one_undo_step() {
 fn points_are_added_removed_and_centred_by_keys() {
     let (_folder, mut window) = opened("way");
     key(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::J);
-    assert_eq!(focused(&window), "middle of points, before point 3: x 650 m, y 400 m", "the last handle");
+    assert_eq!(focused(&window), "middle of points, before point 3: x 650 m, y 350 m", "the last handle");
     key(&mut window, Modifiers::NONE, Key::Insert);
-    assert_eq!(focused(&window), "point 3 of points: x 650 m, y 400 m");
+    assert_eq!(focused(&window), "point 3 of points: x 650 m, y 350 m");
     assert_eq!(way(&window).len(), 4);
     key(&mut window, Modifiers::NONE, Key::Space);
     let middle = way(&window)[2].0;
     assert!(middle.iter().all(|metres| (metres - 500.0).abs() < 10.0), "the centre of the view: {middle:?}");
     key(&mut window, Modifiers::NONE, Key::Delete);
     assert_eq!(way(&window).len(), 3);
-    assert_eq!(focused(&window), "point 2 of points: x 500 m, y 500 m");
+    assert_eq!(focused(&window), "point 2 of points: x 500 m, y 400 m");
     // Beyond the end of the line.
     key(&mut window, Modifiers::NONE, Key::Tab);
     key(&mut window, Modifiers::NONE, Key::Insert);
-    assert_eq!(way(&window)[3].0, [1100.0, 100.0]);
-    assert_eq!(focused(&window), "point 4 of points: x 1.1 km, y 100 m", "outside of the view as well");
+    assert_eq!(way(&window)[3].0, [1100.0, 200.0]);
+    assert_eq!(focused(&window), "point 4 of points: x 1.1 km, y 200 m", "outside of the view as well");
     assert_eq!(steps(&window), 4);
     for _ in 0..3 {
         key(&mut window, Modifiers::NONE, Key::Delete);

@@ -193,21 +193,3 @@ fn a_window_has_as_many_panes_as_fit() {
         }
     }
 }
-
-/// A window that is moved to a display of another scale draws with its pixels, and clicks hit what is drawn.
-#[test]
-fn a_window_moves_between_displays_of_different_scales() {
-    let (mut window, _folder) = crate::canvas::window_on(crate::canvas::ROW);
-    settle(&mut window);
-    for (scale, node) in [(1.0, "steps"), (2.0, "place"), (1.25, "ground"), (3.0, "lonely"), (1.0, "place")] {
-        window.set_pixels_per_point(scale);
-        window.run_steps(5);
-        let name = crate::hand::title(&window, node);
-        crate::hand::click(&mut window, name);
-        assert_eq!(window.state().session().selected(), Some(node), "at a scale of {scale}");
-        if let Some(picture) = picture(&mut window, &format!("display_of_scale_{scale}")) {
-            assert_eq!(picture.width(), (1280.0 * scale) as u32);
-        }
-    }
-    assert_eq!(window.state().session().document().steps(), 0);
-}

@@ -107,7 +107,10 @@ impl Draw {
                 _ => self.remove(&grip, session),
             };
             if let Some(next) = made {
-                focus(ui, &next);
+                // asked for again, the focus would forget that the arrow keys are its own
+                if next != grip {
+                    focus(ui, &next);
+                }
                 (grip, changed) = (next, true);
             }
         }
