@@ -1,4 +1,4 @@
-//! The latency of an edit, and the cost of a frame of a large graph:
+//! The latency of an edit:
 //!
 //! ```text
 //! cargo run --release -p orograph --example latency
@@ -9,10 +9,12 @@
 //! drawn; and the processor time of all this. Medians of five edits in a window that draws sixty times a second; the
 //! inputs of the node do not change, so they are not built again. Then the same for the last of 100 nodes in a row.
 //! Then the time from the start of an export of the shown terrain until its first file has bytes, and the time from
-//! opening a graph that was built before until its terrain is complete. Then the processor time of a frame with 500
-//! nodes. There is neither a display nor a graphics device, so their work is left out.
+//! opening a graph that was built before until its terrain is complete. There is neither a display nor a graphics device,
+//! so their work is left out.
 
 #![expect(clippy::disallowed_methods, reason = "it measures time")]
+
+mod measure;
 
 use std::{
     fs,
@@ -22,14 +24,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use egui::{MouseWheelUnit, TouchPhase, vec2};
-use egui_kittest::{Harness, kittest::Queryable as _};
+use measure::{settle, spent};
 use orograph::{
     build::{
         Builder,
         request::{Changes, Request},
     },
-    editor::{App, Session},
+    editor::Session,
     export::outputs::OutputOptions,
     report::progress::Quiet,
 };
@@ -68,36 +69,11 @@ fn main() {
     latency(folder.path(), &row(100), ("n99", "step", [100.0, 3.0]), 512, "last of 100");
     println!("\n| 1024 cells | ms |\n| --- | ---: |");
     export_and_reopen(folder.path());
-    println!("\n| 500 nodes | ms a frame |\n| --- | ---: |");
-    frames(folder.path());
-}
-
-fn window(folder: &Path, graph: &str) -> Harness<'static, App> {
-    let path = folder.join("graph.ron");
-    fs::write(&path, graph).expect("written");
-    Harness::builder().with_size([1280.0, 800.0]).build_eframe(|context| {
-        context.wgpu_render_state = None;
-        App::new(context, Some(path), orograph::build::storage::in_memory()).expect("the graph can be read")
-    })
-}
-
-/// Runs frames until everything is built and drawn.
-fn settle(window: &mut Harness<'_, App>) {
-    for quiet in (0..).scan(0, |quiet, _: u32| {
-        window.step();
-        *quiet = if window.state().session().is_busy() { 0 } else { *quiet + 1 };
-        Some(*quiet)
-    }) {
-        thread::sleep(Duration::from_millis(2));
-        if quiet > 50 {
-            return;
-        }
-    }
 }
 
 /// A row of the table: medians.
 fn latency(folder: &Path, graph: &str, (node, name, [first, step]): Drag, cells: u32, title: &str) {
-    let mut window = window(folder, graph);
+    let mut window = measure::window(folder, graph);
     let session = window.state_mut().session_mut();
     session.set_cells(cells);
     session.select_only(node);
@@ -208,52 +184,4 @@ fn row(count: usize) -> String {
         })
         .collect();
     format!("(world: (size: \"16 km\", cells: 512), nodes: {{ {} }}, outputs: {{ \"o\": \"n0\" }})", nodes.join(", "))
-}
-
-/// Processor time of a frame with 500 nodes: all visible, a part visible, a few visible.
-fn frames(folder: &Path) {
-    let node = |number: usize| match number {
-        0 => "\"n0\": Ridged()".to_owned(),
-        _ => format!("\"n{number}\": Terrace(height: \"n{}\")", (number - 1) / 2),
-    };
-    let nodes: Vec<String> = (0..500).map(node).collect();
-    let place = |number: usize| format!("\"n{number}\": ({}, {})", number % 25 * 240, number / 25 * 240);
-    let places: Vec<String> = (0..500).map(place).collect();
-    let (nodes, places) = (nodes.join(", "), places.join(", "));
-    let graph = format!("(nodes: {{ {nodes} }}, layout: {{ {places} }}, outputs: {{ \"o\": \"n0\" }})");
-    let mut window = window(folder, &graph);
-    window.state_mut().session_mut().set_cells(16);
-    settle(&mut window);
-    window.hover_at(window.get_by_label("graph").rect().center());
-    window.run_steps(2);
-    window.key_press(egui::Key::Home);
-    for (what, steps) in [("all seen", 0.0), ("zoomed in 2.4 times", 5.0), ("a few seen", 8.0)] {
-        let delta = vec2(0.0, steps);
-        let (unit, phase) = (MouseWheelUnit::Line, TouchPhase::Move);
-        window.event(egui::Event::MouseWheel { unit, delta, phase, modifiers: egui::Modifiers::NONE });
-        window.run_steps(20);
-        let start = spent(false);
-        window.run_steps(60);
-        println!("| {what} | {:.2} |", (spent(false) - start) / 60.0);
-    }
-    window.state_mut().session_mut().select_only("n499");
-    let edit = |step: f64| Edit::SetText { node: "n499".into(), name: "step".into(), text: format!("{step}") };
-    let start = spent(false);
-    for number in 0..60 {
-        window.state_mut().session_mut().gesture(&edit(100.0 + f64::from(number)));
-        window.run_steps(1);
-    }
-    println!("| a value dragged in every frame | {:.2} |", (spent(false) - start) / 60.0);
-}
-
-/// Milliseconds that this thread, or the whole program, has run, whatever else the machine does. Returns None when the
-/// system does not report it.
-fn spent(all: bool) -> f64 {
-    let own = Path::new("/proc/thread-self").canonicalize();
-    let threads: Vec<_> = match fs::read_dir("/proc/self/task") {
-        Ok(entries) if all => entries.flatten().map(|entry| entry.path()).collect(),
-        _ => own.into_iter().collect(),
-    };
-    let told = threads.iter().filter_map(|thread| fs::read_to_string(thread.join("schedstat")).ok());
-    told.filter_map(|told| told.split(' ').next()?.parse::<f64>().ok()).map(|ns| ns * 1e-6).sum()
 }

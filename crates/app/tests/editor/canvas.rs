@@ -130,6 +130,27 @@ fn a_drag_moves_the_selection_in_one_step() {
 }
 
 #[test]
+fn a_drag_with_alt_duplicates() {
+    let (mut window, _folder) = window_on(ROW);
+    let start = title(&window, "steps");
+    crate::hand::drag_with(&mut window, start, start + vec2(60.0, 140.0), Modifiers::ALT);
+    assert_eq!(place_of(&window, "steps"), Some([300.0, 0.0]), "the node stays");
+    let copy = place_of(&window, "steps2").expect("a copy");
+    assert!(copy[0] > 300.0 && copy[1] > 60.0, "{copy:?}");
+    assert_eq!((document(&window).steps(), selection(&window)), (1, vec!["steps2".to_owned()]));
+    let graph = document(&window).graph();
+    let source = graph.source(graph.find("steps2").expect("a node"), 0).expect("the copy is wired");
+    assert_eq!(graph.port_name(source), "ground.height");
+    assert!(window.state_mut().session_mut().undo());
+    assert_eq!(document(&window).source(), ROW);
+    // Without a movement there is no copy.
+    window.run_steps(2);
+    let start = title(&window, "steps");
+    crate::hand::drag_with(&mut window, start, start, Modifiers::ALT);
+    assert_eq!(document(&window).source(), ROW);
+}
+
+#[test]
 fn a_cancelled_drag_changes_nothing() {
     let (mut window, _folder) = window_on(ROW);
     let start = title(&window, "lonely");

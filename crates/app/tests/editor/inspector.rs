@@ -541,6 +541,47 @@ fn colours_are_typed_in_hexadecimal() {
 }
 
 #[test]
+fn a_colour_is_taken_from_the_window() {
+    if crate::device::skips("the eyedropper") {
+        return;
+    }
+    let mut window = selected("mesas.ron", "sand");
+    let first = |window: &Harness<'_, App>| {
+        let ParamValue::Stops(stops) = param(window, "sand", "stops") else { return String::new() };
+        stops[0].colour.to_string()
+    };
+    let before = first(&window);
+    let dropper = |window: &Harness<'_, App>| {
+        window.query_all_by_label_contains("Take a colour").next().expect("a button").rect().center()
+    };
+    let revision = |window: &Harness<'_, App>| window.state().session().document().steps();
+    let at = egui::pos2(400.0, 300.0);
+    let picture = |colour: egui::Color32| {
+        let mut image = egui::ColorImage::filled([1280, 800], egui::Color32::BLACK);
+        image.pixels[300 * 1280 + 400] = colour;
+        let (viewport_id, user_data) = (egui::ViewportId::ROOT, egui::UserData::default());
+        egui::Event::Screenshot { viewport_id, user_data, image: std::sync::Arc::new(image) }
+    };
+    // Escape cancels.
+    let button = dropper(&window);
+    crate::hand::click(&mut window, button);
+    crate::hand::key(&mut window, egui::Modifiers::NONE, Key::Escape);
+    window.event(picture(egui::Color32::from_rgb(1, 2, 3)));
+    window.run_steps(3);
+    assert_eq!((first(&window), revision(&window)), (before.clone(), 0));
+    crate::hand::click(&mut window, button);
+    crate::hand::click(&mut window, at);
+    assert_eq!(window.state().session().selected(), Some("sand"), "the click takes a colour and nothing else");
+    window.run_steps(3);
+    let taken = first(&window);
+    assert!(taken != before && revision(&window) == 1, "{taken}");
+    // The eyedropper has done its work.
+    window.event(picture(egui::Color32::from_rgb(1, 2, 3)));
+    window.run_steps(3);
+    assert_eq!(first(&window), taken);
+}
+
+#[test]
 fn the_colour_of_a_layer_of_rock_is_typed() {
     let mut window = selected("canyon.ron", "rock");
     let colour = |window: &Harness<'_, App>| {

@@ -16,6 +16,7 @@ mod export;
 mod files;
 mod frames;
 mod hand;
+mod handles;
 mod history;
 mod inspector;
 mod keyboard;

@@ -169,6 +169,8 @@ fn a_window_has_as_many_panes_as_fit() {
         ("window_scaled", [853.0, 533.0], 1.5, [true, true, true]),
         ("window_tall", [420.0, 900.0], 1.0, [true, true, true]),
         ("window_small", [400.0, 300.0], 1.0, [true, false, false]),
+        ("window_tiny", [200.0, 200.0], 1.0, [true, false, false]),
+        ("window_of_scale_3", [427.0, 267.0], 3.0, [true, false, false]),
     ] {
         let mut window = window(Some(graph("alps.ron")));
         window.set_size(size.into());

@@ -10,7 +10,7 @@ use orograph::editor::App;
 use crate::{
     canvas::document,
     hand::{button, drag_with},
-    harness, scratch,
+    harness, scratch, settle,
 };
 
 const TEXT: &str = "// A file with comments.
@@ -28,8 +28,8 @@ const TEXT: &str = "// A file with comments.
 )
 ";
 
-/// Number of actions.
-const ACTIONS: usize = 500;
+/// Number of actions, and of those of the test in which everything is built after each.
+const ACTIONS: [usize; 2] = [500, 150];
 
 /// A sequence of numbers that look random (Marsaglia's xorshift).
 struct Dice(u64);
@@ -54,7 +54,7 @@ impl Dice {
 }
 
 /// Keys of the graph, the viewport, dialogs and text fields.
-const KEYS: [(Modifiers, Key); 34] = [
+const KEYS: [(Modifiers, Key); 37] = [
     (Modifiers::NONE, Key::Tab),
     (Modifiers::NONE, Key::Enter),
     (Modifiers::NONE, Key::Escape),
@@ -78,12 +78,15 @@ const KEYS: [(Modifiers, Key); 34] = [
     (Modifiers::NONE, Key::F2),
     (Modifiers::NONE, Key::ArrowDown),
     (Modifiers::NONE, Key::ArrowRight),
+    (Modifiers::NONE, Key::Insert),
+    (Modifiers::NONE, Key::Space),
     (Modifiers::COMMAND, Key::A),
     (Modifiers::COMMAND, Key::D),
     (Modifiers::COMMAND, Key::F),
     (Modifiers::COMMAND, Key::G),
     (Modifiers::COMMAND, Key::R),
     (Modifiers::COMMAND, Key::E),
+    (Modifiers::COMMAND, Key::J),
     (Modifiers::COMMAND, Key::Z),
     (Modifiers::COMMAND, Key::Y),
     (Modifiers::COMMAND, Key::Space),
@@ -203,6 +206,16 @@ fn act(window: &mut Harness<'_, App>, dice: &mut Dice) -> String {
 
 #[test]
 fn random_actions_never_lose_the_way_back() {
+    act_at_random(0x5eed_0017, ACTIONS[0], false);
+}
+
+#[test]
+fn random_actions_on_built_terrain_never_lose_the_way_back() {
+    act_at_random(0x5eed_0039, ACTIONS[1], true);
+}
+
+/// Does a number of things; if `settles`, each once everything is built.
+fn act_at_random(seed: u64, actions: usize, settles: bool) {
     let folder = scratch(TEXT);
     let file = folder.path().join("graph.ron");
     let mut window = harness([900.0, 620.0]).with_step_dt(1.0 / 20.0).build_eframe(|context| {
@@ -210,10 +223,13 @@ fn random_actions_never_lose_the_way_back() {
     });
     window.state_mut().session_mut().set_cells(48);
     window.run_steps(4);
-    let mut dice = Dice(0x5eed_0017);
+    let mut dice = Dice(seed);
     let (mut done, mut most) = (Vec::new(), 0);
-    for _ in 0..ACTIONS {
+    for _ in 0..actions {
         // If an action panics, the test's output ends with what was done.
+        if settles {
+            settle(&mut window);
+        }
         let what = act(&mut window, &mut dice);
         println!("{}: {what}", done.len());
         done.push(what);

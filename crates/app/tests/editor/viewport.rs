@@ -223,3 +223,26 @@ fn without_a_3d_driver_the_viewport_says_why() {
     settle(&mut window);
     assert!(window.query_by_label_contains("no graphics driver was found").is_some());
 }
+
+/// The pointer reads the other layers at its place, each with its unit.
+#[test]
+fn the_pointer_reads_all_layers() {
+    let text = r#"(world: (size: "1 km", cells: 64), nodes: {
+        "hill": Gradient(centre: (500, 500), azimuth: 90, length: 1000, to: 500),
+        "steep": Slope(height: "hill"),
+        "depth": Constant(value: 3) },
+        outputs: { "height": "hill", "slope": "steep.slope", "depth": "depth" })"#;
+    let (mut window, _folder) = window_on(text);
+    window.state_mut().session_mut().select_only("steep");
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    window.run_steps(3);
+    window.hover_at(pos2(470.0, 260.0));
+    window.run_steps(3);
+    let read = window.query_all_by_label_contains("hill.value  ").next().and_then(|node| node.value());
+    let read = read.expect("the pointer is over the terrain");
+    let values: Vec<&str> = read.split(", ").collect();
+    assert!(values.iter().any(|value| value.starts_with("hill.value  ") && value.ends_with(" m")), "{read}");
+    assert!(values.contains(&"depth.value  3 m"), "{read}");
+    picture(&mut window, "layers_at_the_pointer");
+}

@@ -9,6 +9,7 @@ pub mod morphology;
 pub mod resample;
 pub mod sharpen;
 pub mod smear;
+pub mod smooth_lines;
 pub mod terrace;
 pub mod tile;
 pub mod transform;
@@ -29,6 +30,7 @@ pub static NODES: &[&Node] = &[
     &terrace::NODE,
     &warp::NODE,
     &carve::NODE,
+    &smooth_lines::NODE,
     &transform::NODE,
     &resample::NODE,
     &tile::NODE,

@@ -1,6 +1,7 @@
 //! Masks and terrain measures per cell, as inputs for other nodes.
 
 pub mod aspect;
+pub mod buffer;
 pub mod components;
 pub mod curvature;
 pub mod distance;
@@ -29,6 +30,7 @@ pub static NODES: &[&Node] = &[
     &sun::NODE,
     &wetness::NODE,
     &distance::NODE,
+    &buffer::NODE,
     &components::NODE,
 ];
 

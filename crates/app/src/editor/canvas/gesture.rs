@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use egui::{Modifiers, PointerButton, Pos2, Rect, Response, Vec2};
+use egui::{CursorIcon, Modifiers, PointerButton, Pos2, Rect, Response, Vec2};
 use orograph_graph::Edit;
 
 use super::{
-    Canvas, Session, commands,
+    Canvas, Session, clip, commands,
     hit::Hit,
     lens::Lens,
     menu::Menu,
@@ -46,6 +46,8 @@ pub(super) enum Gesture {
         ways: BTreeMap<usize, Vec<Pos2>>,
         /// The wire into which the card would be inserted.
         onto: Option<WireName>,
+        /// True if copies of the cards go there, with Alt, and the cards stay.
+        copies: bool,
     },
     /// Moves a frame with its content, or resizes it.
     Shift {
@@ -273,7 +275,11 @@ impl Canvas {
         self.palette = None;
         self.away = false;
         self.gesture = match self.model.hit(lens, order, origin) {
-            _ if modifiers.alt => Gesture::Pan,
+            Hit::Wire(_) | Hit::Ground | Hit::Pin(_) | Hit::Bend(..) | Hit::Head(_) | Hit::Corner(_)
+                if modifiers.alt =>
+            {
+                Gesture::Pan
+            }
             Hit::Pin(spot) => Gesture::Link(self.link_from(spot, from)),
             Hit::Card(card) => {
                 let held = self.model.cards[card].name.clone();
@@ -291,7 +297,7 @@ impl Canvas {
                 });
                 let starts: BTreeMap<String, Pos2> = starts.collect();
                 let ways = self.model.ways_among(|name| starts.contains_key(name));
-                Gesture::Move { from, held, starts, ways, onto: None }
+                Gesture::Move { from, held, starts, ways, onto: None, copies: modifiers.alt }
             }
             Hit::Bend(wire, at) => {
                 let start = self.model.wire(&wire).map_or(from, |wire| wire.bends[at]);
@@ -365,17 +371,21 @@ impl Canvas {
                 let touched = self.model.cards.iter().filter(|card| card.rect().intersects(net));
                 *caught = touched.map(|card| card.name.clone()).chain(base.iter().cloned()).collect();
             }
-            Gesture::Move { from, held, starts, ways, onto } => {
+            Gesture::Move { from, held, starts, ways, onto, copies } => {
                 let Some(start) = starts.get(held) else { return };
                 let target = *start + (place - *from);
-                let by = if modifiers.alt { target } else { place::on_grid(target) } - *start;
+                if *copies {
+                    ui.ctx().set_cursor_icon(CursorIcon::Copy);
+                }
+                let free = modifiers.alt && !*copies;
+                let by = if free { target } else { place::on_grid(target) } - *start;
                 for (name, start) in starts.iter() {
                     if let Some(card) = self.model.find(name) {
                         self.model.cards[card].at = *start + by;
                     }
                 }
                 self.model.put_ways(ways, by);
-                *onto = (starts.len() == 1)
+                *onto = (starts.len() == 1 && !*copies)
                     .then(|| self.model.find(held))
                     .flatten()
                     .and_then(|card| wire_below(&self.model, *lens, card, session));
@@ -468,6 +478,18 @@ impl Canvas {
             Gesture::Bend { wire, .. } => {
                 let places = self.model.wire(&wire).map(|wire| wire.bends.clone()).unwrap_or_default();
                 self.bend_wire(ui, session, &wire, &places);
+            }
+            Gesture::Move { starts, ways, copies: true, .. } => {
+                let names: BTreeSet<String> = starts.keys().cloned().collect();
+                // with the positions and routes that they were dragged to
+                let text = clip::text(session.document(), &self.model, &names);
+                let ends = self.take_back(starts);
+                self.model.put_ways(&ways, Vec2::ZERO);
+                let is_moved = ends.into_iter().any(|(card, end)| self.model.cards[card].at != end);
+                if is_moved {
+                    let copied = text.and_then(|text| clip::paste(session.document(), &text, None, Vec2::ZERO));
+                    self.add(ui, session, copied);
+                }
             }
             Gesture::Move { starts, ways, onto, held, .. } => {
                 let ends = self.take_back(starts);

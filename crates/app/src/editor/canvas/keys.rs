@@ -13,7 +13,10 @@ use super::{
     palette::{Palette, Purpose},
     place, values,
 };
-use crate::editor::window::actions::{self, Action, Part, Status};
+use crate::editor::{
+    viewport,
+    window::actions::{self, Action, Part, Status},
+};
 
 /// Number of frames to wait for the clipboard.
 const PATIENCE: u8 = 4;
@@ -23,7 +26,10 @@ impl Canvas {
     pub(super) fn keys(&mut self, ui: &Ui, response: &Response, session: &mut Session) {
         let id = response.id;
         let free = !ui.ctx().text_edit_focused();
-        if free && response.contains_pointer() && self.palette.is_none() {
+        // A handle in the viewport keeps it until the pointer moves.
+        let still = ui.input(|input| input.pointer.delta() == Vec2::ZERO && !input.pointer.any_pressed());
+        let taken = still && viewport::has_keyboard(ui.ctx());
+        if free && !taken && response.contains_pointer() && self.palette.is_none() {
             response.request_focus();
         }
         // The keyboard follows the pointer to another pane.
@@ -295,7 +301,7 @@ impl Canvas {
         }
     }
 
-    fn add(&mut self, ui: &Ui, session: &mut Session, pasted: Result<clip::Pasted, String>) {
+    pub(super) fn add(&mut self, ui: &Ui, session: &mut Session, pasted: Result<clip::Pasted, String>) {
         match pasted {
             Ok(pasted) => {
                 let left = pasted.message();

@@ -2,7 +2,7 @@
 
 use egui::{Color32, Ui};
 use egui_plot::{Bar, BarChart, HoverPosition, Legend, Line, LineStyle, Plot, PlotPoints, PlotUi};
-use orograph_graph::{Axis, Series};
+use orograph_graph::Series;
 use orograph_nodes::numerics::math;
 
 use super::form::words;
@@ -22,8 +22,8 @@ pub(super) fn show(ui: &mut Ui, series: &[Series]) {
         let beside = series.iter().filter(|other| other.name == own.name && other.of.is_some());
         let beside: Vec<&Series> = beside.take(plot::CURVES - 1).collect();
         let [log_x, log_y] = [own.x.log, own.y.log];
-        let plot = Plot::new(("series", &own.name)).height(HEIGHT).x_axis_label(axis(&own.x));
-        let plot = plot.y_axis_label(axis(&own.y)).allow_scroll(false).allow_zoom(false).allow_drag(false);
+        let plot = Plot::new(("series", &own.name)).height(HEIGHT).x_axis_label(plot::title(&own.x));
+        let plot = plot.y_axis_label(plot::title(&own.y)).allow_scroll(false).allow_zoom(false).allow_drag(false);
         let plot = plot.x_axis_formatter(move |mark, _| tick(mark.value, log_x));
         let plot = plot.y_axis_formatter(move |mark, _| tick(mark.value, log_y));
         let plot = plot.label_formatter(move |hover| {
@@ -74,13 +74,6 @@ fn points(series: &Series) -> Vec<[f64; 2]> {
     points.filter(|[x, y]| x.is_finite() && y.is_finite()).collect()
 }
 
-fn axis(axis: &Axis) -> String {
-    match axis.unit.as_str() {
-        "" => axis.label.clone(),
-        unit => format!("{} ({unit})", axis.label),
-    }
-}
-
 /// The number at a place of an axis.
 fn number(place: f64, log: bool) -> f64 {
     if log { math::pow(10.0, place) } else { place }
@@ -95,6 +88,8 @@ fn tick(place: f64, log: bool) -> String {
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::Axis;
+
     use super::*;
 
     #[test]

@@ -4,6 +4,7 @@ use egui::{Color32, CornerRadius, Id, Mesh, Pos2, Rect, Sense, Shape, Stroke, St
 use orograph_graph::{ParamValue, Srgb, Stop, Unit};
 
 use super::{
+    eyedropper,
     form::{FormState, TextField},
     number,
     value::{Place, ValueChange},
@@ -63,7 +64,7 @@ pub(super) fn show(
     asked
 }
 
-/// A field for a colour as six hexadecimal digits; returns the new colour, or why the text is none.
+/// A field for a colour as six hexadecimal digits, with an eyedropper; returns the new colour, or why the text is none.
 pub(super) fn hex(
     ui: &mut Ui,
     form: &mut FormState,
@@ -74,7 +75,11 @@ pub(super) fn hex(
     let (text, salt) = (now.to_string(), format!("colour{at}"));
     let hover = "The colour as six hexadecimal digits: red, green, blue";
     let entry = TextField { salt: &salt, text: &text, hint: "", hover, width: 64.0, label: Some(place.label) };
-    let typed = form.entry(ui, place.line, entry)?;
+    let typed = form.entry(ui, place.line, entry);
+    if let Some(taken) = eyedropper::button(ui, place.line.with(&salt)) {
+        return Some(Ok(taken));
+    }
+    let typed = typed?;
     let digits = typed.trim_start_matches('#');
     Some(format!("#{digits}").parse().map_err(|error: orograph_graph::NoColour| error.to_string()))
 }

@@ -6,6 +6,7 @@
 mod column;
 mod curves;
 mod expected;
+mod eyedropper;
 mod file;
 mod form;
 mod gradient;

@@ -3,7 +3,7 @@
 use egui::{
     Align2, Color32, CursorIcon, Event, FontId, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle, pos2, vec2,
 };
-use orograph_graph::{PortType, Unit, Window};
+use orograph_graph::{Field, PortType, Unit, Window};
 
 use super::{
     Shown,
@@ -207,18 +207,20 @@ pub(in crate::editor) fn label(painter: &egui::Painter, at: egui::Pos2, align: A
 /// The value at a position, as text.
 pub(super) fn readout(shown: &Shown, [x, y]: [f64; 2]) -> String {
     let place = format!("x {}  y {}", Unit::Metres.display(x), Unit::Metres.display(y));
-    match cell(shown, [x, y]) {
+    match value(shown.ty, &shown.field, [x, y]) {
         None => place,
-        Some(at) => {
-            let field = &shown.field;
-            let number = |plane: usize| f64::from(field.plane(plane)[at]);
-            let value = match shown.ty {
-                PortType::Height | PortType::Mask | PortType::Scalar(_) => short(shown.ty.unit(), number(0)),
-                _ => (0..field.planes()).map(|plane| format!("{:.2}", number(plane))).collect::<Vec<_>>().join(" "),
-            };
-            format!("{place}   {value}")
-        }
+        Some(value) => format!("{place}   {value}"),
     }
+}
+
+/// The value of a field at a position, as text. Returns None outside of its window.
+pub(super) fn value(ty: PortType, field: &Field, place: [f64; 2]) -> Option<String> {
+    let at = cell_at(field, place)?;
+    let number = |plane: usize| f64::from(field.plane(plane)[at]);
+    Some(match ty {
+        PortType::Height | PortType::Mask | PortType::Scalar(_) => short(ty.unit(), number(0)),
+        _ => (0..field.planes()).map(|plane| format!("{:.2}", number(plane))).collect::<Vec<_>>().join(" "),
+    })
 }
 
 /// A number with its unit and four digits.
@@ -233,8 +235,12 @@ pub(super) fn short(unit: Unit, value: f64) -> String {
 }
 
 /// The index of the cell at a position. Returns None outside the window.
-pub(super) fn cell(shown: &Shown, [x, y]: [f64; 2]) -> Option<usize> {
-    let window = shown.field.window();
+pub(super) fn cell(shown: &Shown, place: [f64; 2]) -> Option<usize> {
+    cell_at(&shown.field, place)
+}
+
+fn cell_at(field: &Field, [x, y]: [f64; 2]) -> Option<usize> {
+    let window = field.window();
     let cell_m = window.cell_m();
     let origin = window.origin.map(f64::from);
     let [i, j] = [(x / cell_m).floor() - origin[0], (y / cell_m).floor() - origin[1]];

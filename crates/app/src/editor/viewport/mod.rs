@@ -5,6 +5,7 @@ mod camera;
 mod draw;
 mod insert;
 mod landscape;
+mod layers;
 mod legend;
 mod lines;
 mod live;
@@ -27,7 +28,6 @@ use egui::{
 use orograph_graph::{Field, Lines, PortType, Value, Window};
 use orograph_nodes::raster;
 
-pub(super) use self::map::label;
 use self::{
     brush::Brush,
     draw::{Draw, Projection},
@@ -40,6 +40,7 @@ use self::{
     surface::{Parts, Surface},
     views::{Chosen, Views},
 };
+pub(super) use self::{draw::has_keyboard, map::label};
 use super::{
     Session,
     session::worker::coarser,
@@ -271,6 +272,7 @@ impl Viewport {
                 let how = (&self.look, self.contours, sea_level, Hands { tool, blender: self.blender });
                 let mut over = |ui: &egui::Ui, on: (&egui::Response, &egui::Painter), projection: &Projection<'_>| {
                     ended = handles && draw.ui(ui, on, projection, session, drawing);
+                    layers::show(ui, on, projection, session, sides[0]);
                 };
                 let pointer = landscape.ui(ui, drawables, how, marks, &mut over);
                 (pointer, vec![first.drawn(), second.drawn()])
@@ -280,7 +282,8 @@ impl Viewport {
                 if let Some(compared) = &compared {
                     self.other.want(ui.ctx(), compared, self.contours);
                 }
-                let shown: Vec<&Shown> = std::iter::once(&shown).chain(&compared).collect();
+                let first = &shown;
+                let shown: Vec<&Shown> = std::iter::once(first).chain(&compared).collect();
                 let near: Vec<Option<Shown>> = shown.iter().map(|shown| finer(session, shown)).collect();
                 let mut finer = [map::Finer::default(); 2];
                 for (((finer, painter), near), shown) in finer.iter_mut().zip(&mut self.finer).zip(&near).zip(&shown) {
@@ -293,6 +296,7 @@ impl Viewport {
                 let drawn = shown.iter().map(|shown| vec![shown.port.clone()]).collect();
                 let mut over = |ui: &egui::Ui, on: (&egui::Response, &egui::Painter), projection: &Projection<'_>| {
                     ended = handles && draw.ui(ui, on, projection, session, drawing);
+                    layers::show(ui, on, projection, session, first);
                 };
                 (self.map.ui(ui, sides, pictures, finer, (tool, marks), &mut over), drawn)
             }
@@ -328,6 +332,14 @@ impl Viewport {
         let picture = crate::export::picture::of_codes(&codes, size);
         raster::write_colour(path, &picture, &|| true).map_err(|error| error.to_string())?;
         Ok(size)
+    }
+
+    /// Moves the keyboard to the next or the previous handle of the selected node.
+    pub(super) fn step_handle(&mut self, forward: bool) {
+        if matches!(self.tool, Tool::Measure | Tool::Brush) {
+            self.tool = Tool::Look;
+        }
+        self.draw.step(forward);
     }
 
     /// Whether an action is available, and whether it is on.

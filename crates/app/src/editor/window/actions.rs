@@ -59,6 +59,8 @@ pub(crate) enum Action {
     Measure,
     Brush,
     Draw,
+    NextHandle,
+    PreviousHandle,
     Compare,
     Blender,
     Pane(Pane),
@@ -168,6 +170,12 @@ impl Action {
                 "Draw paths and positions of the selected node: click to add points, drag them",
                 &[(NONE, Key::P)],
             ),
+            Self::NextHandle => {
+                window("Next handle", "Move the keyboard to the next handle of the selected node", &[(CTRL, Key::J)])
+            }
+            Self::PreviousHandle => {
+                window("Previous handle", "Move the keyboard to the handle before it", &[(BOTH, Key::J)])
+            }
             Self::Compare => viewport("Compare", "Compare with another output", &[(NONE, Key::X)]),
             Self::Blender => viewport(
                 "Blender navigation",
@@ -283,7 +291,14 @@ pub(crate) const VIEW: Lines = &[
         Line::Do(Action::Shadows),
         Line::Do(Action::Sky),
     ],
-    &[Line::Do(Action::Measure), Line::Do(Action::Brush), Line::Do(Action::Draw), Line::Do(Action::Compare)],
+    &[
+        Line::Do(Action::Measure),
+        Line::Do(Action::Brush),
+        Line::Do(Action::Draw),
+        Line::Do(Action::NextHandle),
+        Line::Do(Action::PreviousHandle),
+        Line::Do(Action::Compare),
+    ],
     &[
         Line::Sub(
             "Panes",
@@ -456,6 +471,34 @@ mod tests {
                 assert!(apart || !shared, "{action:?} and {other:?}");
             }
             assert_eq!(all().filter(|other| *other == action).count(), 1, "{action:?} is in the menus once");
+        }
+    }
+
+    #[test]
+    fn the_table_of_habits_has_our_keys() {
+        let manual = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/editor.md"));
+        let manual = manual.expect("the manual is there");
+        let rows: Vec<Vec<&str>> = manual.lines().map(|line| line.split('|').map(str::trim).collect()).collect();
+        for (what, action) in [
+            ("add a node", Action::Add),
+            ("bypass a node", Action::Mute),
+            ("delete a node, keep its wires", Action::Delete),
+            ("duplicate", Action::Duplicate),
+            ("keep a terrain in view", Action::PinToViewport),
+            ("frame everything", Action::FitAll),
+            ("frame the selection", Action::Fit),
+            ("view from above", Action::Map),
+            ("undo", Action::Undo),
+            ("redo", Action::Redo),
+            ("maximise a pane", Action::Maximise),
+            ("draw a line", Action::Draw),
+            ("build all outputs", Action::Export),
+        ] {
+            let row = rows.iter().find(|row| row.len() == 8 && row[1] == what);
+            let ours = row.map(|row| row[6]).unwrap_or_default();
+            let keys = written(action);
+            let found = keys.split(" or ").any(|key| ours.split([' ', ',']).any(|word| word == key));
+            assert!(found, "{what}: `{ours}` has none of {keys}");
         }
     }
 

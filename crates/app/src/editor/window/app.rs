@@ -257,7 +257,9 @@ impl App {
         // An action of another pane shows that pane.
         self.maximised = self.maximised.filter(|pane| match (action.part(), action) {
             (Part::Graph, _) => *pane == Pane::Canvas,
-            (Part::Viewport, _) => *pane == Pane::Viewport,
+            (Part::Viewport, _) | (Part::Window, Action::NextHandle | Action::PreviousHandle) => {
+                *pane == Pane::Viewport
+            }
             (Part::Window, action) => !matches!(action, Action::Pane(_) | Action::ResetPanes),
         });
         let tree = &mut self.trees[room as usize];
@@ -279,6 +281,10 @@ impl App {
             (Part::Window, Action::Maximise) => {
                 let under = pointer.and_then(|at| pane_at(tree, at)).unwrap_or(Pane::Viewport);
                 self.maximised = if self.maximised.is_some() { None } else { Some(under) };
+            }
+            (Part::Window, Action::NextHandle | Action::PreviousHandle) => {
+                bring(tree, Pane::Viewport);
+                self.panes.viewport.step_handle(action == Action::NextHandle);
             }
             (Part::Window, Action::ResetPanes) => self.trees = Room::ALL.map(arrangement),
             (Part::Window, _) => self.menu.carry_out(action, &mut self.panes.session),
@@ -315,6 +321,7 @@ impl Panes {
             (Part::Viewport, _) => self.viewport.status(session, action),
             (Part::Window, Action::Undo) => Status::can(session.document().can_undo()),
             (Part::Window, Action::Redo) => Status::can(session.document().can_redo()),
+            (Part::Window, Action::NextHandle | Action::PreviousHandle) => Status::can(session.selected().is_some()),
             (Part::Window, Action::Picture) => {
                 Status::can(self.viewport.status(session, Action::View3d) == Status::switch(true, true))
             }

@@ -67,7 +67,7 @@ impl Theme {
         }
     }
 
-    /// The colour of a curve: red, green and blue. There are [`CURVES`], which repeat.
+    /// The red, green and blue of a curve's colour; every [`CURVES`] curves the colours start again.
     #[must_use]
     pub const fn colour(self, curve: usize) -> [u8; 3] {
         let RGBColor(r, g, b) = self.colours().curves[curve % CURVES];

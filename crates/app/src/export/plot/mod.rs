@@ -101,11 +101,16 @@ impl Plot {
 
 impl Label {
     fn of(axis: &Axis) -> Self {
-        let text = match axis.unit.as_str() {
-            "" => axis.label.clone(),
-            unit => format!("{} ({unit})", axis.label),
-        };
-        Self { text, log: axis.log }
+        Self { text: title(axis), log: axis.log }
+    }
+}
+
+/// The text of an axis: its label with its unit.
+#[must_use]
+pub fn title(axis: &Axis) -> String {
+    match axis.unit.as_str() {
+        "" => axis.label.clone(),
+        unit => format!("{} ({unit})", axis.label),
     }
 }
 

@@ -134,6 +134,31 @@ fn the_nodes_of_a_file_replace_it_again() {
 }
 
 #[test]
+fn comments_and_frames_of_the_file_stay_in_it() {
+    let (folder, mut document) = outer(OUTER);
+    extracted(&mut document, &["rivers", "late", "scree"]);
+    let path = folder.path().join("part.ron");
+    let file = std::fs::read_to_string(&path).expect("written");
+    let nodes = "    nodes: {\n";
+    assert!(file.contains(nodes), "{file}");
+    let frames = "    frames: { \"Valley\": (at: (0, 0), size: (600, 300), note: \"Steep.\") },\n";
+    let file =
+        file.replace(nodes, &format!("    // how the valley forms\n{frames}{nodes}        // first the rivers\n"));
+    std::fs::write(&path, &file).expect("written");
+    let mut document = Document::parse_at(document.source(), folder.path().join("outer.ron"), &registry());
+    assert_eq!(document.problems(), []);
+    let frames = document.frames().len();
+    let Inlined { edit, .. } = document.inline("part", &BTreeMap::new()).expect("it can be");
+    document.apply(&edit).expect("it fits");
+    assert_eq!(document.problems(), [], "{}", document.source());
+    assert_eq!(document.frames().len(), frames);
+    for left in ["how the valley forms", "first the rivers", "Valley", "Steep."] {
+        assert!(!document.source().contains(left), "{left}: {}", document.source());
+    }
+    assert_eq!(std::fs::read_to_string(&path).expect("it is still there"), file);
+}
+
+#[test]
 fn every_selection_without_a_way_back_keeps_the_results() {
     let names = ["base", "rough", "rivers", "late", "scree", "other", "end"];
     let mut made = 0;

@@ -1,5 +1,5 @@
-//! Pictures of an output after different edits, built with few cells on another thread, one after the other, with the
-//! results that the editor has already.
+//! Pictures of an output after different edits, parsed and built with few cells on another thread, one after the other,
+//! with the results that the editor has already.
 
 use std::{
     path::PathBuf,
@@ -45,16 +45,19 @@ impl Pictures {
     /// Starts to build an output, given as `node.port`, after each of the edits.
     pub(super) fn start(context: &Context, session: &Session, port: &str, ty: PortType, edits: &[Edit]) -> Self {
         let document = session.document();
-        let varied: Vec<Result<Variation, String>> = edits.iter().map(|edit| variation(document, port, edit)).collect();
+        let (source, folder) = (document.source().to_owned(), document.folder().to_owned());
+        let (registry, evaluator) = (document.registry().clone(), Arc::clone(session.evaluator()));
         let (outbox, built) = channel();
         let cancel = Cancel::default();
-        let (evaluator, folder) = (Arc::clone(session.evaluator()), document.folder().to_owned());
         let (context, stop) = (context.clone(), cancel.clone());
+        let (port, varied) = (port.to_owned(), edits.to_vec());
         thread::spawn(move || {
-            for (at, variation) in varied.into_iter().enumerate() {
+            let document = Document::parse_in(source, &folder, &registry);
+            for (at, edit) in varied.iter().enumerate() {
                 if stop.is_cancelled() {
                     return;
                 }
+                let variation = variation(&document, &port, edit);
                 let value = variation.and_then(|variation| build(&evaluator, &folder, &variation, &stop));
                 // The receiver is gone once the dialog is closed.
                 if outbox.send((at, value)).is_err() {
@@ -127,7 +130,7 @@ impl Drop for Pictures {
 
 /// The graph after an edit, with few cells.
 fn variation(document: &Document, port: &str, edit: &Edit) -> Result<Variation, String> {
-    let mut varied = Document::parse_in(document.source(), document.folder(), document.registry());
+    let mut varied = document.clone();
     varied.apply(edit).map_err(|error| error.to_string())?;
     let expanded = varied.expand();
     let port = varied.graph().port(port).ok().and_then(|port| expanded.port(port));

@@ -1,6 +1,8 @@
 //! The handles of shapes on the screen.
 
-use egui::{Align2, Color32, Id, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, WidgetInfo, WidgetType, vec2};
+use egui::{
+    Align2, Color32, Context, Id, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, WidgetInfo, WidgetType, vec2,
+};
 use orograph_graph::Unit;
 
 use super::{arm::Arm, shape::Shape};
@@ -10,6 +12,8 @@ use crate::editor::viewport::map::label;
 const NEAR: f32 = 10.0;
 /// The least distance of drawn handles, and that of the ends of a segment with a handle in its middle.
 const APART: [f32; 2] = [7.0, 44.0];
+/// Radius of the ring around the handle with the keyboard.
+const RING: f32 = 10.0;
 /// Pieces of a segment, so that it follows the terrain, and of a whole line.
 const PIECES: [usize; 2] = [24, 2000];
 
@@ -59,6 +63,11 @@ impl Grip {
         Self { param: "", point: at, is_middle: false }
     }
 
+    /// Its widget, which can have the keyboard.
+    pub(super) fn id(&self) -> Id {
+        Id::new("handle").with((self.param, self.point, self.is_middle))
+    }
+
     /// The arm that it belongs to. Returns None for the points of shapes.
     pub(super) fn as_arm(&self) -> Option<usize> {
         self.param.is_empty().then_some(self.point)
@@ -71,12 +80,13 @@ pub(super) struct Drawn<'a> {
     /// The parameter of the shape that is replaced, and the new points.
     pub(super) fresh: (Option<&'a str>, &'a [[f64; 2]]),
     pub(super) arms: &'a [Arm],
-    /// The picked and the held handle.
+    /// The picked and the held handle, and the one with the keyboard.
     pub(super) picked: Option<&'a Grip>,
     pub(super) held: Option<&'a Grip>,
+    pub(super) focused: Option<Id>,
 }
 
-/// The handles that were drawn last.
+/// The handles that were drawn last, those out of view as well.
 #[derive(Debug, Default)]
 pub(super) struct Handles {
     drawn: Vec<(Grip, Pos2, [f64; 2])>,
@@ -100,13 +110,21 @@ impl Handles {
         self.drawn.iter().find(|(drawn, ..)| drawn == grip).map(|(.., place)| *place)
     }
 
+    /// Notes the position of a handle that has just been moved, until it is drawn again.
+    pub(super) fn set_place(&mut self, grip: &Grip, to: [f64; 2]) {
+        match self.drawn.iter_mut().find(|(drawn, ..)| drawn == grip) {
+            Some((.., place)) => *place = to,
+            None => self.drawn.push((grip.clone(), Pos2::ZERO, to)),
+        }
+    }
+
     /// Draws shapes and arms with their handles. The picked and the held one are highlighted, and the held one shows
     /// its values.
     pub(super) fn draw(
         &mut self,
         (painter, response): (&Painter, &Response),
         projection: &Projection<'_>,
-        Drawn { shapes, fresh: (hidden, fresh), arms, picked, held }: &Drawn<'_>,
+        Drawn { shapes, fresh: (hidden, fresh), arms, picked, held, focused }: &Drawn<'_>,
     ) {
         self.drawn.clear();
         let pointer = response.hover_pos();
@@ -121,14 +139,20 @@ impl Handles {
             point(painter, at, true);
         }
         let hot = pointer.and_then(|at| self.near(at));
-        for (grip, at, place) in &self.drawn {
+        let clip = painter.clip_rect().expand(NEAR);
+        for (grip, at, place) in self.drawn.iter().filter(|(_, at, _)| clip.contains(*at)) {
+            let is_focused = *focused == Some(grip.id());
+            if is_focused {
+                painter.circle_stroke(*at, RING, Stroke::new(4.0, SHADE));
+                painter.circle_stroke(*at, RING, Stroke::new(2.0, Color32::WHITE));
+            }
             if grip.is_middle {
                 painter.circle(*at, 3.0, LINE.gamma_multiply(0.8), Stroke::new(1.0, FILL));
-                continue;
+            } else {
+                let is_picked = [picked, held].contains(&&Some(grip));
+                point(painter, *at, is_picked || is_focused || hot.as_ref() == Some(grip));
             }
-            let is_picked = [picked, held].contains(&&Some(grip));
-            point(painter, *at, is_picked || hot.as_ref() == Some(grip));
-            if *held == Some(grip) {
+            if is_focused || *held == Some(grip) {
                 let arm = grip.as_arm().and_then(|arm| arms.get(arm));
                 let [x, y] = place.map(|metres| Unit::Metres.display(metres));
                 let text = arm.map_or_else(|| format!("x {x}  y {y}"), |arm| format!("{} {}", arm.name(), arm.text()));
@@ -137,11 +161,42 @@ impl Handles {
         }
     }
 
-    /// Exposes the handles to accessibility tools and to the tests.
+    /// The handles that Tab reaches: those in view first.
+    fn exposed(&self, clip: Rect) -> impl Iterator<Item = &(Grip, Pos2, [f64; 2])> {
+        let in_view = move |is: bool| self.drawn.iter().filter(move |(_, at, _)| clip.contains(*at) == is);
+        in_view(true).chain(in_view(false)).take(MAX_EXPOSED)
+    }
+
+    /// The handle with the keyboard.
+    pub(super) fn focused(&self, context: &Context) -> Option<Grip> {
+        let focused = context.memory(egui::Memory::focused)?;
+        self.drawn.iter().map(|(grip, ..)| grip).find(|grip| grip.id() == focused).cloned()
+    }
+
+    /// The handle after or before one; the first or the last if there is none.
+    pub(super) fn beside(&self, clip: Rect, grip: Option<&Grip>, forward: bool) -> Option<Grip> {
+        let all: Vec<&Grip> = self.exposed(clip).map(|(grip, ..)| grip).collect();
+        let count = all.len().max(1);
+        let now = grip.and_then(|grip| all.iter().position(|other| *other == grip));
+        let next = match (now, forward) {
+            (Some(now), true) => (now + 1) % count,
+            (Some(now), false) => (now + count - 1) % count,
+            (None, true) => 0,
+            (None, false) => count - 1,
+        };
+        all.get(next).map(|grip| (*grip).clone())
+    }
+
+    /// The point of the screen with a handle.
+    pub(super) fn on_screen(&self, grip: &Grip) -> Option<Pos2> {
+        self.drawn.iter().find(|(drawn, ..)| drawn == grip).map(|(_, at, _)| *at)
+    }
+
+    /// Exposes the handles to the keyboard, to accessibility tools and to the tests.
     pub(super) fn expose(&self, ui: &Ui, Drawn { arms, .. }: &Drawn<'_>) {
-        for (grip, at, place) in self.drawn.iter().take(MAX_EXPOSED) {
-            let id = Id::new("handle").with((grip.param, grip.point, grip.is_middle));
-            let response = ui.interact(Rect::from_center_size(*at, Vec2::splat(10.0)), id, Sense::hover());
+        for (grip, at, place) in self.exposed(ui.clip_rect()) {
+            let rect = Rect::from_center_size(*at, Vec2::splat(10.0));
+            let response = ui.interact(rect, grip.id(), Sense::focusable_noninteractive());
             let [x, y] = place.map(|metres| Unit::Metres.display(metres));
             let name = grip.param.replace('_', " ");
             let text = match grip.as_arm().and_then(|arm| arms.get(arm)) {
@@ -159,11 +214,10 @@ impl Handles {
         if arm.is_circle() {
             line(painter, projection, &arm.circle(projection), true);
         }
-        let clip = painter.clip_rect().expand(NEAR);
         // The handle of the centre would cover one nearer than this.
         let centre = (projection.to_screen)(arm.centre);
         let is_apart = |at: &Pos2| centre.is_none_or(|centre| centre.distance(*at) > NEAR);
-        if let Some(place) = (projection.to_screen)(end).filter(|at| clip.contains(*at) && is_apart(at)) {
+        if let Some(place) = (projection.to_screen)(end).filter(is_apart) {
             self.drawn.push((Grip::arm(at), place, end));
         }
     }
@@ -171,12 +225,10 @@ impl Handles {
     fn shape(&mut self, painter: &Painter, projection: &Projection<'_>, shape: &Shape) {
         let places = shape.places();
         line(painter, projection, &places, shape.closed);
-        let clip = painter.clip_rect().expand(NEAR);
-        let on_screen = |place: [f64; 2]| (projection.to_screen)(place).filter(|at| clip.contains(*at));
         let mut last: Option<Pos2> = None;
         let ends = places.len() - 1;
         for (index, place) in places.iter().enumerate() {
-            let Some(at) = on_screen(*place) else { continue };
+            let Some(at) = (projection.to_screen)(*place) else { continue };
             let is_end = index == 0 || index == ends;
             if is_end || last.is_none_or(|last| last.distance(at) >= APART[0]) {
                 let grip = Grip { param: shape.param, point: index, is_middle: false };
@@ -193,7 +245,7 @@ impl Handles {
         for (index, [a, b]) in segments {
             let middle = [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
             let (Some(from), Some(to)) = ((projection.to_screen)(a), (projection.to_screen)(b)) else { continue };
-            if let Some(at) = on_screen(middle).filter(|_| from.distance(to) >= APART[1]) {
+            if let Some(at) = (projection.to_screen)(middle).filter(|_| from.distance(to) >= APART[1]) {
                 self.drawn.push((Grip { param: shape.param, point: index, is_middle: true }, at, middle));
             }
         }

@@ -5,15 +5,19 @@
 
 mod arm;
 mod handles;
+mod keys;
+mod numbers;
 mod shape;
 
 use egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
 use orograph_graph::Edit;
 
 pub(super) use self::handles::Projection;
+pub(in crate::editor) use self::keys::has_keyboard;
 use self::{
     arm::Arm,
     handles::{Drawn, Grip, Handles},
+    numbers::Numbers,
     shape::Shape,
 };
 use super::{insert, scale};
@@ -37,6 +41,12 @@ pub(super) struct Draw {
     fresh: Option<Vec<[f64; 2]>>,
     /// True if the pointer is over a handle, or holds one.
     hot: bool,
+    /// Set while the keyboard is to go to the next handle (true) or the previous one.
+    stepping: Option<bool>,
+    /// True while an arrow key moves a handle.
+    nudging: bool,
+    /// The open fields for the numbers of a handle.
+    numbers: Option<Numbers>,
 }
 
 /// A point that is being dragged.
@@ -91,7 +101,7 @@ impl Draw {
 
     /// Forgets what is being drawn.
     pub(super) fn end(&mut self) {
-        (self.fresh, self.picked) = (None, None);
+        (self.fresh, self.picked, self.numbers) = (None, None, None);
     }
 
     /// The tool bar.
@@ -160,6 +170,9 @@ impl Draw {
                 shapes = Shape::of_selection(session);
             }
         }
+        if self.nudges(ui, response, projection, session) {
+            shapes = Shape::of_selection(session);
+        }
         let ended = self.keys(ui, response, &shapes, session, drawing);
         if ended {
             self.end();
@@ -174,9 +187,12 @@ impl Draw {
         let hidden = self.fresh.as_ref().and_then(|_| self.target(&shapes)).map(|shape| shape.param);
         let fresh = (hidden, self.fresh.as_deref().unwrap_or_default());
         let arms = Arm::of_selection(session);
-        let drawn = Drawn { shapes: &shapes, fresh, arms: &arms, picked, held };
+        let focused = ui.memory(egui::Memory::focused);
+        let drawn = Drawn { shapes: &shapes, fresh, arms: &arms, picked, held, focused };
         self.handles.draw((painter, response), projection, &drawn);
         self.handles.expose(ui, &drawn);
+        self.stepped(ui, session);
+        self.fields(ui, response, session);
         ended
     }
 

@@ -1,0 +1,88 @@
+//! An eyedropper: takes the colour of a point of the window, such as one of the terrain in the viewport.
+
+use egui::{
+    Area, ColorImage, Context, CursorIcon, Event, Id, Key, Order, Pos2, Sense, Ui, UserData, ViewportCommand,
+    WidgetInfo, WidgetType,
+};
+use orograph_graph::Srgb;
+
+/// Frames to wait for the picture of the window.
+const PATIENCE: u32 = 120;
+
+/// What the eyedropper does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    /// The next click takes a colour.
+    Aiming,
+    /// A point was clicked; this many frames ago the picture of the window was ordered.
+    Waiting(Pos2, u32),
+}
+
+/// The button, of the colour field with this id. Returns a colour once it is taken; Escape cancels.
+pub(super) fn button(ui: &mut Ui, field: Id) -> Option<Srgb> {
+    let id = Id::new("eyedropper");
+    let response = ui.add(egui::Button::new("💧").small().frame(false));
+    let name = "Take a colour from the window: click a point of it";
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
+    if response.on_hover_text(name).clicked() {
+        ui.data_mut(|data| data.insert_temp(id, (field, Stage::Aiming)));
+        return None;
+    }
+    let (of, stage): (Id, Stage) = ui.data(|data| data.get_temp(id))?;
+    if of != field {
+        return None;
+    }
+    let next = match stage {
+        _ if ui.input(|input| input.key_pressed(Key::Escape)) => Err(None),
+        Stage::Aiming => Ok(aim(ui.ctx()).map_or(stage, |at| Stage::Waiting(at, 0))),
+        Stage::Waiting(at, frames) => match pictured(ui.ctx()) {
+            Some(image) => Err(colour(&image, at, ui.ctx().pixels_per_point())),
+            None if frames < PATIENCE => Ok(Stage::Waiting(at, frames + 1)),
+            None => Err(None),
+        },
+    };
+    match next {
+        Ok(stage) => {
+            ui.data_mut(|data| data.insert_temp(id, (field, stage)));
+            ui.ctx().request_repaint();
+            None
+        }
+        Err(colour) => {
+            ui.data_mut(|data| data.remove::<(Id, Stage)>(id));
+            colour
+        }
+    }
+}
+
+/// Catches the click that takes the colour, and orders a picture of the window. Returns the clicked point.
+fn aim(context: &Context) -> Option<Pos2> {
+    let screen = context.content_rect();
+    let area = Area::new(Id::new("eyedropper aim")).order(Order::Foreground).fixed_pos(screen.min);
+    let response = area.show(context, |ui| ui.allocate_rect(screen, Sense::click())).inner;
+    let at = response.interact_pointer_pos().filter(|_| response.clicked());
+    response.on_hover_cursor(CursorIcon::Crosshair);
+    if at.is_some() {
+        context.send_viewport_cmd(ViewportCommand::Screenshot(UserData::default()));
+    }
+    at
+}
+
+/// The picture of the window, if it has come.
+fn pictured(context: &Context) -> Option<std::sync::Arc<ColorImage>> {
+    context.input(|input| {
+        input.events.iter().find_map(|event| match event {
+            Event::Screenshot { image, .. } => Some(image.clone()),
+            _ => None,
+        })
+    })
+}
+
+/// The colour of a point of the window.
+fn colour(image: &ColorImage, at: Pos2, pixels_per_point: f32) -> Option<Srgb> {
+    let [x, y] = [at.x, at.y].map(|points| (points * pixels_per_point) as usize);
+    let inside = x < image.width() && y < image.height();
+    inside.then(|| {
+        let [red, green, blue, _] = image.pixels[y * image.width() + x].to_array();
+        Srgb([red, green, blue])
+    })
+}

@@ -1,0 +1,254 @@
+//! Tests of handles without a mouse: they are reached, moved, added, removed and typed by keys.
+
+use egui::{Event, Key, Modifiers, accesskit::Role};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT as _, Queryable as _},
+};
+use orograph::editor::App;
+use orograph_graph::ParamValue;
+
+use crate::{
+    device,
+    hand::{key, type_text},
+    picture, scratch, settle, window,
+};
+
+const LAND: &str = r#"(
+    format: 1,
+    world: (size: "1 km", cells: 128, seed: 3),
+    nodes: {
+        "hole": Crater(version: 2, pattern: one, centre: (250, 250), diameter: 150),
+        "way":  Path(points: [(200, 200), (at: (500, 400), width: 40), (800, 300)]),
+        "hill": Gradient(centre: (500, 500), azimuth: 90, length: 400, to: 20),
+    },
+    outputs: { "height": "hole" },
+)"#;
+
+/// A window on the map view, with a node selected. The pointer is nowhere.
+fn opened(node: &str) -> (tempfile::TempDir, Harness<'static, App>) {
+    let folder = scratch(LAND);
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.state_mut().session_mut().set_cells(64);
+    window.state_mut().session_mut().select_only(node);
+    settle(&mut window);
+    window.event(Event::PointerGone);
+    // The map has the same keys without a mouse: from the View menu.
+    window.get_by_label("View").click();
+    window.run_steps(3);
+    window.get_by_label("Map 2").click();
+    window.run_steps(3);
+    (folder, window)
+}
+
+/// The name of what has the keyboard.
+fn focused(window: &Harness<'_, App>) -> String {
+    let mut all = window.query_all_by(|node| node.is_focused());
+    all.next().and_then(|node| node.accesskit_node().label()).unwrap_or_default()
+}
+
+fn param(window: &Harness<'_, App>, node: &str, param: &str) -> ParamValue {
+    let graph = window.state().session().document().graph();
+    let instance = graph.instance(graph.find(node).expect("a node"));
+    instance.params.get(param).expect("a parameter").clone()
+}
+
+fn way(window: &Harness<'_, App>) -> Vec<([f64; 2], Option<f64>)> {
+    match param(window, "way", "points") {
+        ParamValue::Waypoints(points) => points.iter().map(|point| (point.at, point.width)).collect(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn steps(window: &Harness<'_, App>) -> usize {
+    window.state().session().document().steps()
+}
+
+fn next(window: &mut Harness<'_, App>) {
+    key(window, Modifiers::COMMAND, Key::J);
+}
+
+#[test]
+fn points_are_reached_and_moved_by_keys() {
+    let (_folder, mut window) = opened("way");
+    next(&mut window);
+    assert_eq!(focused(&window), "point 1 of points: x 200 m, y 200 m");
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    assert_eq!(focused(&window), "point 2 of points: x 500 m, y 400 m");
+    picture(&mut window, "handle_with_keyboard");
+    key(&mut window, Modifiers::NONE, Key::ArrowRight);
+    let step = way(&window)[1].0[0] - 500.0;
+    assert!(step > 0.0 && step <= 50.0, "{step}");
+    assert_eq!(way(&window)[1], ([500.0 + step, 400.0], Some(40.0)));
+    key(&mut window, Modifiers::NONE, Key::ArrowUp);
+    key(&mut window, Modifiers::SHIFT, Key::ArrowLeft);
+    assert_eq!(way(&window)[1].0, [500.0 - 9.0 * step, 400.0 - step]);
+    assert_eq!(steps(&window), 3, "each press is an undo step");
+    assert_eq!(focused(&window).split(':').next(), Some("point 2 of points"), "the keyboard stays");
+    let before = way(&window)[1].0;
+    key(&mut window, Modifiers::COMMAND, Key::ArrowDown);
+    assert_eq!(way(&window)[1].0, [before[0], before[1] + 1000.0 / 128.0], "a cell of the world");
+    key(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::J);
+    assert_eq!(focused(&window), "point 1 of points: x 200 m, y 200 m");
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    assert_eq!(focused(&window), "");
+}
+
+#[test]
+fn a_held_key_is_one_undo_step() {
+    let (_folder, mut window) = opened("way");
+    next(&mut window);
+    let (key, modifiers) = (Key::ArrowDown, Modifiers::NONE);
+    let event = |pressed, repeat| Event::Key { key, physical_key: None, pressed, repeat, modifiers };
+    window.event(event(true, false));
+    window.step();
+    for _ in 0..5 {
+        window.event(event(true, true));
+        window.step();
+    }
+    window.event(event(false, false));
+    window.run_steps(2);
+    assert!(way(&window)[0].0[1] > 220.0, "{:?}", way(&window));
+    assert_eq!(steps(&window), 1);
+    crate::hand::key(&mut window, modifiers, key);
+    assert_eq!(steps(&window), 2);
+    window.state_mut().session_mut().undo();
+    window.state_mut().session_mut().undo();
+    assert_eq!(way(&window)[0].0, [200.0, 200.0]);
+}
+
+#[test]
+fn points_are_added_removed_and_centred_by_keys() {
+    let (_folder, mut window) = opened("way");
+    key(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::J);
+    assert_eq!(focused(&window), "middle of points, before point 3: x 650 m, y 350 m", "the last handle");
+    key(&mut window, Modifiers::NONE, Key::Insert);
+    assert_eq!(focused(&window), "point 3 of points: x 650 m, y 350 m");
+    assert_eq!(way(&window).len(), 4);
+    key(&mut window, Modifiers::NONE, Key::Space);
+    let middle = way(&window)[2].0;
+    assert!(middle.iter().all(|metres| (metres - 500.0).abs() < 10.0), "the centre of the view: {middle:?}");
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert_eq!(way(&window).len(), 3);
+    assert_eq!(focused(&window), "point 2 of points: x 500 m, y 400 m");
+    // Beyond the end of the line.
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    key(&mut window, Modifiers::NONE, Key::Insert);
+    assert_eq!(way(&window)[3].0, [1100.0, 200.0]);
+    assert_eq!(focused(&window), "point 4 of points: x 1.1 km, y 200 m", "outside of the view as well");
+    assert_eq!(steps(&window), 4);
+    for _ in 0..3 {
+        key(&mut window, Modifiers::NONE, Key::Delete);
+    }
+    assert_eq!(way(&window).len(), 2, "a line keeps two points");
+}
+
+#[test]
+fn numbers_of_handles_are_typed() {
+    let (_folder, mut window) = opened("way");
+    next(&mut window);
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    let field = |window: &Harness<'_, App>, name: &str| {
+        let mut fields = window.query_all_by_role(Role::TextInput);
+        fields.find(|field| field.accesskit_node().label().as_deref() == Some(name)).and_then(|field| field.value())
+    };
+    assert_eq!((field(&window, "x"), field(&window, "y")), (Some("200 m".to_owned()), Some("200 m".to_owned())));
+    key(&mut window, Modifiers::COMMAND, Key::A);
+    type_text(&mut window, "nowhere");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(field(&window, "x").as_deref(), Some("nowhere"), "a refused text stays");
+    assert_eq!(steps(&window), 0);
+    key(&mut window, Modifiers::COMMAND, Key::A);
+    type_text(&mut window, "1 km / 4");
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    key(&mut window, Modifiers::COMMAND, Key::A);
+    type_text(&mut window, "320 m");
+    picture(&mut window, "numbers_of_a_handle");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(way(&window)[0].0, [250.0, 320.0]);
+    assert_eq!(focused(&window), "point 1 of points: x 250 m, y 320 m");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    type_text(&mut window, "9");
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    assert_eq!((way(&window)[0].0, field(&window, "x")), ([250.0, 320.0], None), "Escape cancels");
+}
+
+#[test]
+fn arms_are_lengthened_turned_and_typed() {
+    let (_folder, mut window) = opened("hill");
+    next(&mut window);
+    assert_eq!(focused(&window), "length and azimuth: 400 m, 90°");
+    key(&mut window, Modifiers::NONE, Key::ArrowRight);
+    key(&mut window, Modifiers::SHIFT, Key::ArrowRight);
+    assert_eq!(focused(&window), "length and azimuth: 400 m, 106°");
+    key(&mut window, Modifiers::NONE, Key::ArrowDown);
+    assert_ne!(param(&window, "hill", "length"), ParamValue::Float(400.0));
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    key(&mut window, Modifiers::COMMAND, Key::A);
+    type_text(&mut window, "0.5 km");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(focused(&window), "length and azimuth: 500 m, 106°");
+    assert_eq!(steps(&window), 4);
+}
+
+#[test]
+fn arrow_keys_follow_the_screen_in_3d() {
+    if device::skips("handles in 3D") {
+        return;
+    }
+    let (_folder, mut window) = opened("hole");
+    window.get_by_label("3D").click();
+    settle(&mut window);
+    crate::until(&mut window, "3D is drawn", |window| window.state().seen().is_some());
+    next(&mut window);
+    next(&mut window);
+    assert_eq!(focused(&window), "point 1 of centre: x 250 m, y 250 m");
+    let place = |window: &Harness<'_, App>| window.get_by_label_contains("point 1 of centre: ").rect().center();
+    for (arrow, x, y) in [(Key::ArrowRight, 1.0, 0.0), (Key::ArrowUp, 0.0, -1.0)] {
+        let before = place(&window);
+        key(&mut window, Modifiers::SHIFT, arrow);
+        settle(&mut window);
+        let by = place(&window) - before;
+        assert!(by.x * x + by.y * y > 2.0, "{arrow:?}: {by:?}");
+    }
+    picture(&mut window, "handle_in_3d");
+}
+
+/// The graph takes the keyboard again when the pointer moves over it, not before.
+#[test]
+fn a_handle_keeps_the_keyboard_while_the_pointer_rests_over_the_graph() {
+    let (_folder, mut window) = opened("way");
+    let over = egui::pos2(400.0, 600.0);
+    window.hover_at(over);
+    window.run_steps(3);
+    next(&mut window);
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert_eq!(way(&window).len(), 2, "the point, not the node");
+    window.hover_at(over + egui::vec2(3.0, 0.0));
+    window.run_steps(3);
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert_eq!(window.state().session().document().nodes().len(), 2, "the node");
+    window.state_mut().session_mut().select_only("hole");
+    window.state_mut().session_mut().set_cells(64);
+    settle(&mut window);
+}
+
+/// A direction that applies everywhere has an arm in the middle of the world.
+#[test]
+fn a_wind_is_turned() {
+    let folder = scratch(
+        r#"(world: (size: "4 km", cells: 64), nodes: { "sand": Dunes(azimuth: 90) }, outputs: { "height": "sand" })"#,
+    );
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.state_mut().session_mut().set_cells(64);
+    window.state_mut().session_mut().select_only("sand");
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    window.run_steps(3);
+    next(&mut window);
+    assert_eq!(focused(&window), "azimuth: 90°");
+    key(&mut window, Modifiers::SHIFT, Key::ArrowRight);
+    assert_eq!(param(&window, "sand", "azimuth"), ParamValue::Float(105.0));
+    settle(&mut window);
+    picture(&mut window, "arm_of_a_wind");
+}
