@@ -24,6 +24,8 @@ const LEAST: u64 = 256;
 pub(super) struct Memory {
     pub(super) device: Device,
     budget: u64,
+    /// What the device has at most, if that is less than it says; for tests.
+    most: u64,
     /// Bytes of all blocks, in use and free.
     held: AtomicU64,
     free: Mutex<BTreeMap<u64, Vec<wgpu::Buffer>>>,
@@ -51,8 +53,8 @@ impl Drop for Block {
 }
 
 impl Memory {
-    pub(super) fn new(device: Device, budget: u64) -> Self {
-        Self { device, budget, held: AtomicU64::new(0), free: Mutex::default(), values: Mutex::default() }
+    pub(super) fn new(device: Device, budget: u64, most: u64) -> Self {
+        Self { device, budget, most, held: AtomicU64::new(0), free: Mutex::default(), values: Mutex::default() }
     }
 
     pub(super) fn held(&self) -> u64 {
@@ -73,7 +75,9 @@ impl Memory {
         loop {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
             let descriptor = wgpu::BufferDescriptor { label: None, size: bytes, usage, mapped_at_creation: false };
-            match self.device.caught(|| self.device.device.create_buffer(&descriptor)) {
+            let has_room = self.held() + bytes <= self.most;
+            let create = || self.device.caught(|| self.device.device.create_buffer(&descriptor));
+            match has_room.then(create).unwrap_or(Err(Trouble::Memory)) {
                 Ok(buffer) => {
                     self.held.fetch_add(bytes, Ordering::Relaxed);
                     return Ok(Block { buffer, memory: Arc::clone(self) });

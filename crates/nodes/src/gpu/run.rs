@@ -74,6 +74,9 @@ enum Command {
 /// What distinguishes a bind group: shader, parameters, and the buffers with their offsets.
 type GroupKey = (&'static str, Vec<u8>, Vec<(wgpu::Buffer, u64, u64)>);
 
+/// Buffers that a process keeps from call to call.
+pub(super) type Kept = Vec<(Size, Block)>;
+
 /// A run of a kernel.
 pub(super) struct Run<'a> {
     gpu: &'a Gpu,
@@ -81,7 +84,7 @@ pub(super) struct Run<'a> {
     inputs: Vec<Input>,
     /// The planes of each wanted output.
     outputs: Vec<Vec<Block>>,
-    scratch: Vec<(Size, Block)>,
+    scratch: Kept,
     /// Raised by a sample that is not finite.
     fault: Block,
     /// Bound where an entry point uses nothing: to read, to write.
@@ -97,7 +100,7 @@ pub(super) struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// Brings inputs to the device and reserves the outputs.
-    pub(super) fn begin(gpu: &'a Gpu, job: &'a Job<'a>) -> Result<Self, Stop> {
+    pub(super) fn begin(gpu: &'a Gpu, job: &'a Job<'a>) -> Result<Self, Trouble> {
         let memory = &gpu.memory;
         let write = |block: &Block, bytes: &[u8]| {
             memory.device.caught(|| memory.device.queue.write_buffer(&block.buffer, 0, bytes))
@@ -143,6 +146,19 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// The same, with the buffers that calls before have reserved, which [`Self::keep`] takes back.
+    pub(super) fn resume(gpu: &'a Gpu, job: &'a Job<'a>, kept: &mut Kept) -> Result<Self, Trouble> {
+        let run = Self::begin(gpu, job)?;
+        Ok(Self { scratch: std::mem::take(kept), ..run })
+    }
+
+    /// Submits the rest, and gives the buffers back for the next call.
+    pub(super) fn keep(&mut self, recorded: Result<(), NodeError>, kept: &mut Kept) -> Result<(), NodeError> {
+        let recorded = recorded.and_then(|()| self.flush());
+        *kept = std::mem::take(&mut self.scratch);
+        recorded
+    }
+
     /// Submits the rest, and returns the results, which stay on the device. Results with a sample that is not finite
     /// come to the host, where the evaluator finds it.
     pub(super) fn finish(mut self, recorded: Result<(), NodeError>) -> Result<Outputs, Stop> {
@@ -153,9 +169,11 @@ impl<'a> Run<'a> {
             let read = self.gpu.memory.read(&self.fault.buffer, 16, bytes);
             read.map(|()| fault != 0).map_err(|trouble| self.failed(trouble))
         });
+        let device = &self.gpu.memory.device;
         let is_faulty = match (read, self.trouble.take()) {
             (_, Some(trouble)) => return Err(Stop::Trouble(trouble)),
-            (Err(error), None) => return Err(Stop::Node(error)),
+            // a kernel that reads its inputs on the host finds them lost with the device
+            (Err(error), None) => return Err(device.check().err().map_or(Stop::Node(error), Stop::Trouble)),
             (Ok(is_faulty), None) => is_faulty,
         };
         let mut outputs = Outputs::default();
@@ -406,10 +424,15 @@ impl Recorder for Run<'_> {
 
     fn table(&mut self, words: &[u32]) -> Result<ScratchId, NodeError> {
         let id = self.scratch(Size::Words(words.len()))?;
-        let (device, buffer) = (&self.gpu.memory.device, &self.scratch[id.0].1.buffer);
+        self.write(id, words).map(|()| id)
+    }
+
+    fn write(&mut self, scratch: ScratchId, words: &[u32]) -> Result<(), NodeError> {
+        // what is written arrives before the next submit
+        self.flush()?;
+        let (device, buffer) = (&self.gpu.memory.device, &self.scratch[scratch.0].1.buffer);
         let written = device.caught(|| device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(words)));
-        written.map_err(|trouble| self.failed(trouble))?;
-        Ok(id)
+        written.map_err(|trouble| self.failed(trouble))
     }
 
     fn clear(&mut self, scratch: ScratchId) -> Result<(), NodeError> {
