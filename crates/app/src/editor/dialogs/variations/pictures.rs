@@ -45,7 +45,7 @@ impl Pictures {
     /// Starts to build an output, given as `node.port`, after each of the edits.
     pub(super) fn start(context: &Context, session: &Session, port: &str, ty: PortType, edits: &[Edit]) -> Self {
         let document = session.document();
-        let varied: Vec<Result<Variation, String>> = edits.iter().map(|edit| variation(document, port, edit)).collect();
+        let varied: Vec<Result<Variation, String>> = edits.iter().map(|edit| variation(session, port, edit)).collect();
         let (outbox, built) = channel();
         let cancel = Cancel::default();
         let (evaluator, folder) = (Arc::clone(session.evaluator()), document.folder().to_owned());
@@ -126,13 +126,14 @@ impl Drop for Pictures {
 }
 
 /// The graph after an edit, with few cells.
-fn variation(document: &Document, port: &str, edit: &Edit) -> Result<Variation, String> {
+fn variation(session: &Session, port: &str, edit: &Edit) -> Result<Variation, String> {
+    let document = session.document();
     let mut varied = Document::parse_in(document.source(), document.folder(), document.registry());
     varied.apply(edit).map_err(|error| error.to_string())?;
     let expanded = varied.expand();
     let port = varied.graph().port(port).ok().and_then(|port| expanded.port(port));
     let port = port.ok_or_else(|| "its node is muted".to_owned())?;
-    Ok(Variation { graph: expanded.graph, port, world: coarser(varied.world(), CELLS) })
+    Ok(Variation { graph: session.with_preferences(expanded.graph), port, world: coarser(varied.world(), CELLS) })
 }
 
 fn build(evaluator: &Evaluator, folder: &PathBuf, variation: &Variation, cancel: &Cancel) -> Result<Value, String> {
