@@ -4,5 +4,6 @@ mod live;
 mod parity;
 mod running;
 mod shaders;
+mod soak;
 mod storm;
 mod table;
