@@ -140,6 +140,12 @@ impl Device {
         }
     }
 
+    /// A buffer that the host can read.
+    pub(super) fn host_buffer(&self, size: u64) -> wgpu::Buffer {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    }
+
     /// Waits until everything submitted is done.
     pub(super) fn wait(&self) -> Result<(), Trouble> {
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
