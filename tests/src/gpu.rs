@@ -78,7 +78,7 @@ pub fn compare(gpu: &Gpu, case: &Case, inputs: &[InputValue], window: Window) ->
         let value = found.take(name).unwrap_or_else(|| panic!("{}.{name} is not given", node.id));
         let found = value.as_field().expect("a raster");
         assert_eq!((found.window(), found.planes()), (expected.window(), expected.planes()));
-        distance(found.samples(), expected.samples(), inputs, tolerance)
+        distance(found.samples(), expected.samples(), range(inputs), tolerance)
     });
     Some(distances.collect())
 }
@@ -103,15 +103,27 @@ pub fn run(
     Ok(ran.unwrap_or_else(|| panic!("{} {}: {:?}", case.kind().id, case.name, job.warnings.take())))
 }
 
-fn distance(found: &[f32], expected: &[f32], inputs: &[InputValue], tolerance: &Tolerance) -> Distance {
-    let most = |samples: &[f32]| samples.iter().fold(0.0_f64, |most, v| most.max(f64::from(v.abs())));
+/// The largest magnitude of samples.
+fn most(samples: &[f32]) -> f64 {
+    samples.iter().fold(0.0_f64, |most, v| most.max(f64::from(v.abs())))
+}
+
+/// The largest magnitude in the inputs.
+#[must_use]
+pub fn range(inputs: &[InputValue]) -> f64 {
     let input = |input: &InputValue| match input {
         InputValue::Value(Value::Field(field)) => most(field.samples()),
         InputValue::Constant(v) => v.abs(),
         InputValue::Value(_) | InputValue::Absent => 0.0,
     };
     // numbers far beyond the samples, such as limits that are never reached, do not count
-    let range = inputs.iter().map(input).filter(|v| *v < 1e7).fold(most(expected), f64::max);
+    inputs.iter().map(input).filter(|v| *v < 1e7).fold(0.0, f64::max)
+}
+
+/// How far samples are from those of the CPU, with inputs of that range.
+#[must_use]
+pub fn distance(found: &[f32], expected: &[f32], range: f64, tolerance: &Tolerance) -> Distance {
+    let range = most(expected).max(range);
     let mut apart: Vec<f64> = found.iter().zip(expected).map(|(a, b)| (f64::from(*a) - f64::from(*b)).abs()).collect();
     let equal = found.iter().zip(expected).filter(|(a, b)| a.to_bits() == b.to_bits()).count();
     let allowed = tolerance.absolute + tolerance.relative * range;

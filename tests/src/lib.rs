@@ -2,6 +2,7 @@
 
 mod bless;
 mod counting;
+mod draw;
 pub mod gpu;
 mod land;
 mod look;
@@ -9,10 +10,12 @@ mod pictures;
 mod resolution;
 mod run;
 mod scratch;
+pub mod soak;
 mod validation;
 
 pub use bless::{blessing, golden_folder, write_golden};
 pub use counting::Counting;
+pub use draw::Draw;
 pub use land::{LAND, SELECTION, world};
 pub use look::Look;
 pub use pictures::{picture, pictures_folder};

@@ -4,11 +4,12 @@
 use std::{collections::BTreeMap, num::NonZero, sync::Arc};
 
 use orograph_graph::{
-    EvalError, Evaluator, EvaluatorOptions, Exactness, Fallback, Graph, Instance, Kind, Node, ParamValue, Port, Reach,
-    Store, Value, Window, World, mix,
+    EvalError, Evaluator, EvaluatorOptions, Exactness, Fallback, Graph, Instance, Kind, Node, Port, Reach, Store,
+    Value, Window, World,
 };
 use orograph_nodes::{numerics::simd::Level, registry};
-use orograph_tests::{LAND, SELECTION, data_folder, options};
+pub(super) use orograph_tests::Draw;
+use orograph_tests::{LAND, SELECTION, data_folder};
 
 const CELLS: u32 = 112;
 /// The widest halo of a chain in cells: much smaller than the world, so that windows are only parts of it.
@@ -18,59 +19,17 @@ const CHAINS: u32 = 8;
 /// Sides of worlds in metres, so that a length in metres can be few cells or many.
 const SIDES: [f64; 3] = [4_000.0, 16_384.0, 60_000.0];
 
-/// Random numbers from a seed.
-pub(super) struct Draw(pub(super) u32);
-
-impl Draw {
-    fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9);
-        mix(self.0)
+/// A part of the world; sometimes it touches the sides.
+fn window(draw: &mut Draw, world: World) -> Window {
+    let mut window = Window::whole(world);
+    for axis in 0..2 {
+        let cells = 1 + draw.below(40) as u32;
+        let room = (CELLS - cells) as usize;
+        let inside = draw.below(room);
+        window.origin[axis] = draw.one(&[0, room, inside, inside]) as u32;
+        window.cells[axis] = cells;
     }
-
-    /// A random number below another.
-    pub(super) fn below(&mut self, end: usize) -> usize {
-        self.next() as usize % end
-    }
-
-    /// A random number from 0 to 1.
-    pub(super) fn share(&mut self) -> f64 {
-        f64::from(self.next()) / f64::from(u32::MAX)
-    }
-
-    pub(super) fn one<T: Clone>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())].clone()
-    }
-
-    /// A random parameter value: from the range of its slider, sometimes an end of the hard range. Returns None to
-    /// leave the default.
-    pub(super) fn value(&mut self, kind: &Kind) -> Option<ParamValue> {
-        let (kept, extreme) = (self.share() < 0.4, self.share() < 0.15);
-        let share = self.share();
-        match kind {
-            _ if kept => None,
-            Kind::Float { hard, .. } if extreme => Some(ParamValue::Float(self.one(hard))),
-            Kind::Float { soft: [low, high], .. } => Some(ParamValue::Float(low + share * (high - low))),
-            Kind::Int { soft: [low, high], .. } => {
-                Some(ParamValue::Int((low + (share * (high - low + 1) as f64) as i64).min(*high)))
-            }
-            Kind::Seed { .. } => Some(ParamValue::Seed(self.next())),
-            Kind::Choice { .. } | Kind::Bool { .. } => Some(self.one(&options(kind))),
-            _ => None,
-        }
-    }
-
-    /// A part of the world; sometimes it touches the sides.
-    fn window(&mut self, world: World) -> Window {
-        let mut window = Window::whole(world);
-        for axis in 0..2 {
-            let cells = 1 + self.below(40) as u32;
-            let room = (CELLS - cells) as usize;
-            let inside = self.below(room);
-            window.origin[axis] = self.one(&[0, room, inside, inside]) as u32;
-            window.cells[axis] = cells;
-        }
-        window
-    }
+    window
 }
 
 /// A chain, the total reach of its nodes in cells, and the ports so far.
@@ -187,7 +146,7 @@ fn windows_of_random_chains_equal_the_whole_at_every_width() {
         if !chain.add(node, &mut draw) || chain.graph.instance(chain.ends()[0].node).node.id != node.id {
             continue;
         }
-        let (window, threads) = (draw.window(world), 1 + draw.below(4));
+        let (window, threads) = (window(&mut draw, world), 1 + draw.below(4));
         let level = draw.one(&[Level::Baseline, Level::Avx2, Level::Avx512]);
         let whole = match chain.values(Window::whole(world), 2) {
             Ok(whole) => whole,

@@ -12,6 +12,7 @@ use petgraph::{
 };
 
 use crate::{
+    backend::Prefer,
     given::Given,
     node::{Fallback, Node, OutputType, Reach},
     param::{ParamSpec, ParamValues},
@@ -33,6 +34,8 @@ pub struct Instance {
     pub constants: Vec<Option<f64>>,
     /// The raster that a program gives as its first input; `None` for every node of a file.
     pub given: Option<Arc<Given>>,
+    /// The backend that should run it; no file says that.
+    pub prefers: Prefer,
 }
 
 impl Instance {
@@ -45,7 +48,7 @@ impl Instance {
     /// The same, if the specifications of the kind have been made already.
     pub(crate) fn with(name: impl Into<String>, node: &'static Node, specs: &[ParamSpec]) -> Self {
         let (params, constants) = (ParamValues::defaults(specs), vec![None; node.inputs.len()]);
-        Self { name: name.into(), node, params, constants, given: None }
+        Self { name: name.into(), node, params, constants, given: None, prefers: Prefer::Auto }
     }
 
     /// The type of an output; `wired` returns the type of the wire into an input.

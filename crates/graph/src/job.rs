@@ -140,7 +140,7 @@ impl Outputs {
     ///
     /// # Errors
     /// When a device does not give one back.
-    pub(crate) fn fetch(&self) -> Result<(), DeviceError> {
+    pub fn fetch(&self) -> Result<(), DeviceError> {
         self.values.iter().try_for_each(|(_, value)| value.fetch())
     }
 

@@ -39,7 +39,7 @@ mod unit;
 mod value;
 mod world;
 
-pub use backend::{Backend, Cpu};
+pub use backend::{Backend, Cpu, Prefer};
 pub use colour::{NoColour, Srgb, Stop};
 pub use device::{DeviceError, DeviceSamples, WeakSamples};
 pub use diagnostic::{Diagnostic, Severity, line_column};

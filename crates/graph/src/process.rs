@@ -35,8 +35,8 @@ impl Moment {
 
 /// A node's computation from start to end. Stepped to the end, its outputs are byte-identical to those of the kernel.
 ///
-/// Each call gets the same job as the one before, except for the parameters after [`Process::take`] has adopted others.
-/// The result must depend only on the job and the earlier steps.
+/// Each call gets the same job as the one before, except for the wanted outputs, and the parameters after
+/// [`Process::take`] has adopted others. The result must depend only on the job and the earlier steps.
 pub trait Process: Send + Sync {
     /// The position in time.
     fn moment(&self) -> Moment;
@@ -56,6 +56,12 @@ pub trait Process: Send + Sync {
     /// Adopts other parameters if every step so far would have been the same with them, and returns true; otherwise
     /// changes nothing and returns false.
     fn take(&mut self, params: &ParamValues) -> bool;
+
+    /// Returns true after an error of the device that runs it, with a warning that says why: then the CPU can run the
+    /// same process from its start.
+    fn has_lost_device(&self) -> bool {
+        false
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! The GPU backend: shaders without a device, and on one the parity of every kernel with the CPU. See `docs/gpu.md`.
 
 mod drainage;
+mod live;
 mod parity;
 mod running;
 mod shaders;
+mod soak;
 mod storm;
 mod table;
 mod waves;

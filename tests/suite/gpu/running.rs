@@ -165,6 +165,27 @@ fn the_device_keeps_its_budget() {
     assert!(most <= 4 * raster, "{most}");
 }
 
+/// A world that the memory of the device does not hold: what does not fit is computed on the CPU, with the reason, and
+/// a smaller world runs on the device again.
+#[test]
+fn a_world_larger_than_the_device_is_left_to_the_cpu() {
+    let raster = |cells: u64| cells * cells * 4;
+    let Some(gpu) = open("memory", &GpuOptions { memory: Some(raster(200)), ..GpuOptions::default() }) else { return };
+    let graph = graph(CHAIN);
+    let evaluator = evaluator(Arc::clone(&gpu) as Arc<dyn Backend>, &store());
+    // two rasters of 128 x 128 cells have room, and none of 256 x 256
+    let small = ran(&evaluator, &graph, "hills", window(128), |_| ());
+    assert_eq!((small.warnings.len(), small.backends[0].1), (0, "gpu"));
+    let large = ran(&evaluator, &graph, "last", window(256), |_| ());
+    assert!(most_apart(&large.value, &by_cpu(&graph, "last", window(256))) < 0.01);
+    let said = large.warnings.join("; ");
+    assert!(said.contains("computed on the CPU: the graphics device has too little memory; close other"), "{said}");
+    assert!(large.backends.iter().all(|(_, backend)| *backend == "cpu"), "{:?}", large.backends);
+    let small = ran(&evaluator, &graph, "other", window(128), |_| ());
+    assert_eq!((small.warnings.len(), small.backends[0].1), (0, "gpu"));
+    assert!(gpu.held() <= raster(200));
+}
+
 static BROKEN: Node = Node {
     id: "Broken",
     category: "test",

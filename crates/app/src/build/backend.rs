@@ -29,17 +29,24 @@ impl BackendName {
             },
         }
     }
+
+    /// The backends of the editor: that of `auto`, and one for nodes that ask for a device: the same card, or any
+    /// driver where there is none.
+    #[must_use]
+    pub fn both() -> (Arc<dyn Backend>, Arc<dyn Backend>) {
+        automatic::both()
+    }
 }
 
 #[cfg(feature = "gpu")]
 mod automatic {
     use std::sync::{Arc, OnceLock};
 
-    use orograph_graph::{Backend, Cpu, Job, Node, NodeError, Outputs, ParamValues};
+    use orograph_graph::{Backend, Cpu, Job, Node, NodeError, Outputs, ParamValues, Process};
     use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
 
     /// Any adapter, or why there is none.
-    pub(super) fn any() -> Result<Arc<dyn Backend>, String> {
+    pub(super) fn any() -> Result<Arc<Gpu>, String> {
         let adapters = Adapters::find();
         let adapter = adapters.best(false).ok_or_else(|| {
             "no graphics driver was found; install a Vulkan driver, such as the package `mesa-vulkan-drivers`"
@@ -52,20 +59,35 @@ mod automatic {
     }
 
     pub(super) fn backend() -> Arc<dyn Backend> {
-        Arc::new(Automatic::default())
+        Arc::new(Automatic::new(best))
     }
 
-    /// The best card, which is opened when the first node has a use for it.
-    #[derive(Default)]
-    struct Automatic(OnceLock<Option<Gpu>>);
+    pub(super) fn both() -> (Arc<dyn Backend>, Arc<dyn Backend>) {
+        let usual = Arc::new(Automatic::new(best));
+        let card = Arc::clone(&usual);
+        let device = Automatic::new(move || card.gpu().cloned().or_else(|| any().ok()));
+        (usual, Arc::new(device))
+    }
+
+    /// The best card.
+    fn best() -> Option<Arc<Gpu>> {
+        let adapters = Adapters::may_be_real().then(Adapters::find)?;
+        Gpu::new(adapters.best(true)?, &GpuOptions::default()).ok().map(Arc::new)
+    }
+
+    /// A device that is opened when the first node has a use for it.
+    struct Automatic {
+        open: Box<dyn Fn() -> Option<Arc<Gpu>> + Send + Sync>,
+        gpu: OnceLock<Option<Arc<Gpu>>>,
+    }
 
     impl Automatic {
-        fn gpu(&self) -> Option<&Gpu> {
-            let open = || {
-                let adapters = Adapters::may_be_real().then(Adapters::find)?;
-                Gpu::new(adapters.best(true)?, &GpuOptions::default()).ok()
-            };
-            self.0.get_or_init(open).as_ref()
+        fn new(open: impl Fn() -> Option<Arc<Gpu>> + Send + Sync + 'static) -> Self {
+            Self { open: Box::new(open), gpu: OnceLock::new() }
+        }
+
+        fn gpu(&self) -> Option<&Arc<Gpu>> {
+            self.gpu.get_or_init(|| (self.open)()).as_ref()
         }
     }
 
@@ -75,7 +97,7 @@ mod automatic {
         }
 
         fn identity(&self) -> &str {
-            self.gpu().map_or_else(|| Cpu.identity(), Backend::identity)
+            self.gpu().map_or_else(|| Cpu.identity(), |gpu| gpu.identity())
         }
 
         fn supports(&self, node: &Node, params: &ParamValues) -> bool {
@@ -84,6 +106,10 @@ mod automatic {
 
         fn run(&self, node: &Node, job: &Job<'_>) -> Result<Option<Outputs>, NodeError> {
             self.gpu().map_or(Ok(None), |gpu| gpu.run(node, job))
+        }
+
+        fn begin(self: Arc<Self>, node: &Node, job: &Job<'_>) -> Result<Option<Box<dyn Process>>, NodeError> {
+            self.gpu().map_or(Ok(None), |gpu| Arc::clone(gpu).begin(node, job))
         }
     }
 }
@@ -100,6 +126,10 @@ mod automatic {
 
     pub(super) fn backend() -> Arc<dyn Backend> {
         Arc::new(Cpu)
+    }
+
+    pub(super) fn both() -> (Arc<dyn Backend>, Arc<dyn Backend>) {
+        (Arc::new(Cpu), Arc::new(Cpu))
     }
 }
 

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use egui::{pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
-use orograph::editor::App;
-use orograph_graph::{Document, Evaluator, EvaluatorOptions, ParamValue, Stroke, Tool, Value, Window};
+use orograph::editor::{App, Session};
+use orograph_graph::{Document, Edit, Evaluator, EvaluatorOptions, ParamValue, Prefer, Stroke, Tool, Value, Window};
 
 use crate::{hand::drag, picture, scratch, settle, until, window};
 
@@ -20,7 +20,11 @@ const STORM: &str = r#"(
 )"#;
 
 fn storm() -> (Harness<'static, App>, tempfile::TempDir) {
-    let folder = scratch(STORM);
+    storm_of(STORM)
+}
+
+fn storm_of(text: &str) -> (Harness<'static, App>, tempfile::TempDir) {
+    let folder = scratch(text);
     let mut window = window(Some(folder.path().join("graph.ron")));
     window.state_mut().session_mut().set_cells(96);
     window.state_mut().session_mut().select_only("storm");
@@ -127,4 +131,98 @@ fn strokes_of_a_live_run_are_saved_and_give_the_same_terrain() {
     window.state_mut().session_mut().undo();
     assert_eq!(strokes(&window), []);
     until(&mut window, "it restarts", |window| moment(window) == Some(0.0));
+}
+
+/// A node can be sent to a graphics device, here a driver in software, and back, also while it runs: the choice is kept
+/// with the session, follows a new name, and neither the file nor undo knows it.
+#[cfg(feature = "gpu")]
+#[test]
+fn a_node_runs_on_the_backend_that_is_chosen_for_it() {
+    if crate::device::skips("a chosen backend") {
+        return;
+    }
+    let folder = scratch(&STORM.replace("5000", "300"));
+    let mut session = crate::files::session(Some(&folder.path().join("graph.ron")));
+    let text = session.document().source().to_owned();
+    session.set_cells(96);
+    session.select_only("storm");
+    let wait = |session: &mut Session, what: &str, until: &dyn Fn(&Session) -> bool| {
+        let start = Instant::now();
+        loop {
+            session.poll();
+            if until(session) {
+                return;
+            }
+            assert!(start.elapsed() < Duration::from_secs(300), "{what}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    let samples = |session: &Session| match &session.built("storm.height").expect("it is built").value {
+        Value::Field(field) => field.clone(),
+        other => panic!("{other:?}"),
+    };
+    wait(&mut session, "the build", &|session| !session.is_busy());
+    let cpu = samples(&session);
+    assert!(session.can_prefer("storm") && session.can_prefer("base") && !session.node("storm").on_device);
+
+    session.prefer("storm", Prefer::Device);
+    wait(&mut session, "the build on the device", &|session| !session.is_busy());
+    assert!(session.node("storm").on_device && !session.node("base").on_device);
+    let device = samples(&session);
+    assert!(device != cpu, "other bytes");
+    assert!(!session.is_dirty() && session.document().source() == text, "the file does not know it");
+    assert!(!session.undo(), "nor does undo");
+
+    let rename = Edit::RenameNode { from: "storm".into(), to: "rain".into() };
+    assert!(session.apply(&rename) && session.preferred("rain") == Prefer::Device);
+    assert!(session.undo() && session.preferred("storm") == Prefer::Device);
+
+    session.simulate("storm");
+    let now = |session: &Session| session.simulation().and_then(|run| run.moment()).map(|moment| moment.now);
+    wait(&mut session, "the start", &|session| now(session) == Some(0.0));
+    assert!(session.node("storm").on_device, "live as well");
+    session.run_simulation(true);
+    wait(&mut session, "the end", &|session| session.simulation().is_some_and(|run| run.is_over()));
+    wait(&mut session, "what comes after it", &|session| !session.is_busy());
+    assert!(samples(&session) == device, "as it was built");
+    session.prefer("storm", Prefer::Cpu);
+    wait(&mut session, "the restart", &|session| now(session) == Some(0.0) && !session.node("storm").on_device);
+    session.run_simulation(true);
+    wait(&mut session, "the end", &|session| session.simulation().is_some_and(|run| run.is_over()));
+    assert!(samples(&session) == cpu);
+}
+
+/// The kernels and the window draw on one adapter, each with a device of its own: a run on the device goes on while it
+/// is drawn, painted on and paused, and what is drawn is what a build gives.
+#[cfg(feature = "gpu")]
+#[test]
+fn a_live_run_on_the_device_is_drawn_on_the_same_adapter() {
+    if crate::device::skips("a live run on the device") {
+        return;
+    }
+    let (mut window, _folder) = storm_of(&STORM.replace("5000", "900"));
+    window.state_mut().session_mut().prefer("storm", Prefer::Device);
+    let on_device = |window: &Harness<'_, App>| window.state().session().node("storm").on_device;
+    until(&mut window, "it restarts on the device", |window| on_device(window) && moment(window) == Some(0.0));
+    window.get_by_label("Brush").click();
+    window.run_steps(2);
+    window.get_by_label("Run").click();
+    until(&mut window, "it is on its way", |window| moment(window).is_some_and(|now| now > 30.0));
+    drag(&mut window, pos2(440.0, 260.0), pos2(520.0, 280.0));
+    until(&mut window, "a stroke is kept", |window| strokes(window).len() == 1);
+    let painted = strokes(&window).remove(0);
+    assert!(painted.time > 0.0 && moment(&window).is_some_and(|now| now >= painted.time), "{painted:?}");
+    window.get_by_label("Pause").click();
+    window.run_steps(2);
+    picture(&mut window, "live_device");
+    assert!(on_device(&window) && !is_over(&window), "it has not restarted on the CPU");
+    window.get_by_label("Run").click();
+    until(&mut window, "it is over", is_over);
+    settle(&mut window);
+    assert!(window.state().session().node("storm").warnings.iter().all(|said| !said.contains("CPU")));
+    let live = seen(&window, "storm.water");
+    window.get_by_label("Live").click();
+    window.run_steps(2);
+    settle(&mut window);
+    assert!(on_device(&window) && seen(&window, "storm.water") == live, "as it is built");
 }

@@ -22,8 +22,7 @@ use super::{
     plan::{Plan, Source, Step},
 };
 use crate::{
-    backend::{Backend, Cpu},
-    graph::Instance,
+    backend::Backends,
     job::Cancel,
     node::Exactness,
     param::{ParamValue, ParamValues},
@@ -76,7 +75,7 @@ pub(super) struct Origins {
 /// The keys of all steps, without their windows; `None` for a step with a fault. An unreadable file is a fault.
 pub(super) fn origins(
     plan: &mut Plan<'_>,
-    backend: &dyn Backend,
+    backends: &Backends,
     files: &Files,
     folder: &Path,
     cancel: &Cancel,
@@ -92,22 +91,17 @@ pub(super) fn origins(
             Some(_) => None,
             None => files.of_step(step, folder, cancel).map_err(|error| step.fault = Some(error)).ok(),
         };
-        let origins = read.map(|files| Origins { key: key(step, backend, &files, &all), files });
+        let origins = read.map(|files| Origins { key: key(step, backends, &files, &all), files });
         all.push(origins);
     }
     all
 }
 
-/// The backend that runs an instance: the chosen one, or the CPU, which runs all.
-pub(super) fn backend_of<'a>(chosen: &'a dyn Backend, instance: &Instance) -> &'a dyn Backend {
-    if chosen.supports(instance.node, &instance.params) { chosen } else { &Cpu }
-}
-
-fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Option<Origins>]) -> Key {
+fn key(step: &Step<'_>, backends: &Backends, files: &[Stamped], earlier: &[Option<Origins>]) -> Key {
     let mut hash = Hash::new(b'n');
     hash.origin(step, files, earlier);
     hash.params(&step.instance.params);
-    let backend = backend_of(backend, step.instance);
+    let backend = backends.of(step.instance);
     if !backend.is_cpu() || step.instance.node.exactness != Exactness::Exact {
         hash.text(backend.identity());
     }

@@ -3,6 +3,7 @@
 use std::{
     fmt,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use petgraph::stable_graph::NodeIndex;
@@ -16,6 +17,7 @@ use super::{
     run::attempt,
 };
 use crate::{
+    backend::{Backend as _, Cpu},
     graph::{Graph, Instance, Port},
     job::{Cancel, InputValue, Job, LevelJob, NodeError, Wanted, Warnings},
     process::{Moment, Process},
@@ -25,6 +27,9 @@ use crate::{
 
 /// A node's [process](crate::Node::process), run step by step on the whole world. At its end its outputs equal those of
 /// an evaluation of the node; once they are [kept](Self::keep) they are not computed again.
+///
+/// The process runs on the backend that runs the node's kernel, if that can run processes. If its device fails, the CPU
+/// starts it again, with a warning, and catches up.
 pub struct Live {
     graph: Graph,
     folder: PathBuf,
@@ -34,6 +39,13 @@ pub struct Live {
     /// The provenance of the inputs.
     ground: Key,
     process: Box<dyn Process>,
+    /// The identity of the backend that runs the process.
+    runs_on: String,
+    /// True after its device has failed.
+    has_fallen_back: bool,
+    /// The time to catch up with, after that.
+    goal: f64,
+    warnings: Vec<String>,
 }
 
 /// A plan of one node and its sources, with the keys.
@@ -55,7 +67,7 @@ impl<'g> Planned<'g> {
     ) -> Result<Self, EvalError> {
         let request = Request { port: Port { node, output: 0 }, window: Window::whole(world) };
         let mut plan = Plan::new(graph, &[request], &[]);
-        let origins = key::origins(&mut plan, &*evaluator.backend, &evaluator.files, folder, cancel);
+        let origins = key::origins(&mut plan, &evaluator.backends, &evaluator.files, folder, cancel);
         let at = plan.targets[0].clone()?.step;
         match plan.steps[at].fault.take() {
             Some(fault) => Err(fault),
@@ -91,6 +103,20 @@ impl Live {
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Self, EvalError> {
+        Self::begin_on(evaluator, graph, folder, node, world, cancel, events, true)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "what a run consists of")]
+    fn begin_on(
+        evaluator: &Evaluator,
+        graph: Graph,
+        folder: PathBuf,
+        node: NodeIndex,
+        world: World,
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+        devices: bool,
+    ) -> Result<Self, EvalError> {
         let planned = Planned::new(evaluator, &graph, &folder, node, world, cancel)?;
         let (step, ground) = (planned.step(), planned.ground());
         let instance = step.instance;
@@ -118,17 +144,43 @@ impl Live {
             Source::Absent => InputValue::Absent,
         };
         let inputs: Vec<InputValue> = step.inputs.iter().map(input).collect();
-        let place = (Window::whole(world), folder.as_path());
-        let process = with_job(evaluator, instance, &inputs, place, cancel, begin)?;
+        let backend = evaluator.backends.of(instance);
+        let mut warnings = Vec::new();
+        let call = Call { evaluator, instance, inputs: &inputs, world, folder: &folder, wanted: Wanted::NONE, cancel };
+        let (process, runs_on) = call.run(&mut warnings, |job| {
+            if devices && let Some(process) = Arc::clone(backend).begin(job.node, job)? {
+                return Ok((process, backend.identity()));
+            }
+            begin(job).map(|process| (process, Cpu.identity()))
+        })?;
+        let runs_on = runs_on.to_owned();
         drop(planned);
-        Ok(Self { graph, folder, node, world, inputs, ground, process })
+        let (has_fallen_back, goal) = (!devices, 0.0);
+        Ok(Self { graph, folder, node, world, inputs, ground, process, runs_on, has_fallen_back, goal, warnings })
+    }
+
+    /// Starts the process again on the CPU, which catches up from then on.
+    fn fall_back(&mut self, evaluator: &Evaluator, cancel: &Cancel) -> Result<(), EvalError> {
+        let goal = self.goal.max(self.moment().now);
+        let (graph, folder) = (self.graph.clone(), self.folder.clone());
+        let cpu = Self::begin_on(evaluator, graph, folder, self.node, self.world, cancel, &|_| {}, false)?;
+        let mut warnings = std::mem::take(&mut self.warnings);
+        add_new(&mut warnings, cpu.warnings);
+        *self = Self { goal, warnings, ..cpu };
+        Ok(())
+    }
+
+    /// Returns true if the process runs on a device that the evaluator has lost since.
+    fn has_lost_device(&self, evaluator: &Evaluator) -> bool {
+        let now = evaluator.backends.of(self.graph.instance(self.node));
+        self.is_on_device() && now.is_cpu()
     }
 
     /// Continues with another state of the graph if every step so far would have been the same there, and returns true;
     /// otherwise changes nothing and returns false.
     ///
     /// # Errors
-    /// As [`Evaluator::key`].
+    /// As [`Evaluator::key`]; also as [`Self::begin`] if its device was lost meanwhile.
     pub fn follow(
         &mut self,
         evaluator: &Evaluator,
@@ -136,10 +188,15 @@ impl Live {
         folder: PathBuf,
         node: NodeIndex,
         world: World,
+        cancel: &Cancel,
     ) -> Result<bool, EvalError> {
-        let planned = Planned::new(evaluator, &graph, &folder, node, world, &Cancel::default())?;
+        if self.has_lost_device(evaluator) {
+            self.fall_back(evaluator, cancel)?;
+        }
+        let planned = Planned::new(evaluator, &graph, &folder, node, world, cancel)?;
         let instance = planned.step().instance;
-        if planned.ground() != self.ground {
+        let prefers = self.graph.instance(self.node).prefers;
+        if planned.ground() != self.ground || instance.prefers != prefers {
             return Ok(false);
         }
         let same = instance.params == self.graph.instance(self.node).params;
@@ -163,6 +220,24 @@ impl Live {
         self.world.cells
     }
 
+    /// Returns true while it catches up, after its device has failed.
+    #[must_use]
+    pub fn is_behind(&self) -> bool {
+        self.moment().now < self.goal
+    }
+
+    /// Returns true if a device runs it.
+    #[must_use]
+    pub fn is_on_device(&self) -> bool {
+        self.runs_on != Cpu.identity()
+    }
+
+    /// The warnings since its start.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
     /// Advances by one step; does nothing at the end.
     ///
     /// # Errors
@@ -171,36 +246,65 @@ impl Live {
         if self.moment().is_over() {
             return Ok(());
         }
-        let Self { graph, folder, node, world, inputs, process, .. } = self;
-        let instance = graph.instance(*node);
-        with_job(evaluator, instance, inputs, (Window::whole(*world), folder), cancel, |job| process.step(job))
+        let step = |process: &mut dyn Process, job: &Job<'_>| process.step(job);
+        match self.call(evaluator, Wanted::NONE, cancel, step) {
+            Err(_) if self.process.has_lost_device() => self.fall_back(evaluator, cancel),
+            stepped => stepped,
+        }
     }
 
-    /// The node's current outputs, in the order of its declaration.
+    /// The current outputs of the node that are wanted, in the order of its declaration.
     ///
     /// # Errors
     /// [`EvalError`], as for a kernel.
-    pub fn outputs(&self, evaluator: &Evaluator, cancel: &Cancel) -> Result<Vec<Value>, EvalError> {
-        let place = (Window::whole(self.world), self.folder.as_path());
-        let instance = self.graph.instance(self.node);
-        let outputs = with_job(evaluator, instance, &self.inputs, place, cancel, |job| self.process.outputs(job))?;
+    pub fn outputs(
+        &mut self,
+        evaluator: &Evaluator,
+        wanted: Wanted,
+        cancel: &Cancel,
+    ) -> Result<Vec<Option<Value>>, EvalError> {
+        let outputs = |process: &mut dyn Process, job: &Job<'_>| process.outputs(job);
+        let outputs = match self.call(evaluator, wanted, cancel, outputs) {
+            Err(_) if self.process.has_lost_device() => {
+                self.fall_back(evaluator, cancel)?;
+                self.call(evaluator, wanted, cancel, outputs)?
+            }
+            outputs => outputs?,
+        };
         let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, cancel)?;
-        Ok(check::take(planned.step(), Wanted::ALL, outputs)?.into_iter().flatten().collect())
+        check::take(planned.step(), wanted, outputs)
     }
 
     /// Stores the outputs of a finished process as the results of the node, so that an evaluation finds them.
     ///
     /// # Errors
     /// As [`Self::outputs`].
-    pub fn keep(&self, evaluator: &Evaluator, outputs: &[Value]) -> Result<(), EvalError> {
+    pub fn keep(&self, evaluator: &Evaluator, outputs: &[Option<Value>]) -> Result<(), EvalError> {
         let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, &Cancel::default())?;
+        // an evaluation leaves a kernel to the CPU as well if the device fails
+        let backend = evaluator.backends.of(self.graph.instance(self.node));
+        let is_that_of_the_key = self.has_fallen_back || backend.identity() == self.runs_on;
         // If a file has changed since, the same process has another key.
-        if self.moment().is_over() && planned.ground() == self.ground {
-            for (output, value) in outputs.iter().enumerate() {
+        if self.moment().is_over() && planned.ground() == self.ground && is_that_of_the_key {
+            for (output, value) in outputs.iter().enumerate().filter_map(|(at, value)| Some((at, value.as_ref()?))) {
                 evaluator.store.insert((planned.origins().key, output), &planned.step().wanted, value);
             }
         }
         Ok(())
+    }
+
+    /// Calls the process.
+    fn call<T: Send>(
+        &mut self,
+        evaluator: &Evaluator,
+        wanted: Wanted,
+        cancel: &Cancel,
+        code: impl FnOnce(&mut dyn Process, &Job<'_>) -> Result<T, NodeError> + Send,
+    ) -> Result<T, EvalError> {
+        let Self { graph, folder, node, world, inputs, process, warnings, .. } = self;
+        let instance = graph.instance(*node);
+        let call = Call { evaluator, instance, inputs, world: *world, folder, wanted, cancel };
+        call.run(warnings, |job| code(&mut **process, job))
     }
 }
 
@@ -210,27 +314,47 @@ impl fmt::Debug for Live {
     }
 }
 
-/// Runs a function of the node on the evaluator's threads.
-fn with_job<T: Send>(
-    evaluator: &Evaluator,
-    instance: &Instance,
-    inputs: &[InputValue],
-    (window, folder): (Window, &Path),
-    cancel: &Cancel,
-    code: impl FnOnce(&Job<'_>) -> Result<T, NodeError> + Send,
-) -> Result<T, EvalError> {
-    let job = Job {
-        node: instance.node,
-        params: &instance.params,
-        inputs: inputs.to_vec(),
-        level: LevelJob::default(),
-        window,
-        wanted: Wanted::ALL,
-        folder: folder.to_owned(),
-        cancel: cancel.clone(),
-        progress: &|_| {},
-        warnings: Warnings::default(),
-        glimpses: None,
-    };
-    evaluator.pool.install(|| attempt(instance, cancel, || code(&job)))
+/// A call of a function of the node.
+struct Call<'a> {
+    evaluator: &'a Evaluator,
+    instance: &'a Instance,
+    inputs: &'a [InputValue],
+    world: World,
+    folder: &'a Path,
+    wanted: Wanted,
+    cancel: &'a Cancel,
+}
+
+impl Call<'_> {
+    /// Runs it on the evaluator's threads, and adds its warnings to those before.
+    fn run<T: Send>(
+        &self,
+        warnings: &mut Vec<String>,
+        code: impl FnOnce(&Job<'_>) -> Result<T, NodeError> + Send,
+    ) -> Result<T, EvalError> {
+        let job = Job {
+            node: self.instance.node,
+            params: &self.instance.params,
+            inputs: self.inputs.to_vec(),
+            level: LevelJob::default(),
+            window: Window::whole(self.world),
+            wanted: self.wanted,
+            folder: self.folder.to_owned(),
+            cancel: self.cancel.clone(),
+            progress: &|_| {},
+            warnings: Warnings::default(),
+            glimpses: None,
+        };
+        let done = self.evaluator.pool.install(|| attempt(self.instance, self.cancel, || code(&job)));
+        add_new(warnings, job.warnings.take());
+        done
+    }
+}
+
+fn add_new(warnings: &mut Vec<String>, more: Vec<String>) {
+    for message in more {
+        if !warnings.contains(&message) {
+            warnings.push(message);
+        }
+    }
 }

@@ -40,7 +40,7 @@ use self::{
     work::{Listener, Pinned, Work},
 };
 use crate::{
-    backend::{Backend, Cpu},
+    backend::{Backend, Backends, Cpu},
     graph::{Graph, Port},
     job::Cancel,
     value::Value,
@@ -86,6 +86,8 @@ pub type Delivery = Result<Delivered, EvalError>;
 pub struct EvaluatorOptions {
     /// Runs the kernels that it supports; the CPU runs the others.
     pub backend: Arc<dyn Backend>,
+    /// Runs the kernels that it supports of nodes that [ask](crate::Prefer) for a device.
+    pub device: Arc<dyn Backend>,
     /// Caches results between evaluations; several evaluators may share it.
     pub store: Arc<Store>,
     /// Memory limit of one evaluation in bytes, checked against an estimate before it starts; `None` for the free
@@ -99,10 +101,11 @@ pub struct EvaluatorOptions {
 }
 
 impl Default for EvaluatorOptions {
-    /// The CPU, a separate store with 1 GiB of memory and no disk, the machine's memory limit, one thread per core.
+    /// The CPU alone, a separate store with 1 GiB of memory and no disk, the machine's memory limit, one thread per core.
     fn default() -> Self {
         Self {
             backend: Arc::new(Cpu),
+            device: Arc::new(Cpu),
             store: Arc::new(Store::new(1 << 30, None)),
             memory_limit: None,
             threads: None,
@@ -115,6 +118,7 @@ impl fmt::Debug for EvaluatorOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("EvaluatorOptions")
             .field("backend", &self.backend.name())
+            .field("device", &self.device.name())
             .field("store", &self.store)
             .field("memory_limit", &self.memory_limit)
             .field("threads", &self.threads)
@@ -150,7 +154,7 @@ impl fmt::Debug for EvaluatorOptions {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Evaluator {
-    backend: Arc<dyn Backend>,
+    backends: Backends,
     pool: rayon::ThreadPool,
     store: Arc<Store>,
     memory_limit: Option<u64>,
@@ -174,7 +178,7 @@ impl Evaluator {
             .build()
             .map_err(|error| EvalError::Threads(error.to_string()))?;
         Ok(Self {
-            backend: options.backend,
+            backends: Backends::new(options.backend, options.device),
             pool,
             store: options.store,
             memory_limit: options.memory_limit,
@@ -251,7 +255,7 @@ impl Evaluator {
     }
 
     fn origins(&self, plan: &mut Plan<'_>, folder: &Path, cancel: &Cancel) -> Vec<Option<Origins>> {
-        key::origins(plan, &*self.backend, &self.files, folder, cancel)
+        key::origins(plan, &self.backends, &self.files, folder, cancel)
     }
 
     /// Writes the requested values that are in memory to the store's folder, if it has one, so that another run of the
@@ -299,6 +303,7 @@ impl Evaluator {
 
 impl fmt::Debug for Evaluator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Evaluator").field("backend", &self.backend.name()).field("threads", &self.threads()).finish()
+        let backends = [self.backends.usual.name(), self.backends.device.name()];
+        f.debug_struct("Evaluator").field("backends", &backends).field("threads", &self.threads()).finish()
     }
 }

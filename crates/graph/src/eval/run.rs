@@ -24,7 +24,7 @@ use super::{
     Delivered, Delivery, Evaluator, Work,
     error::EvalError,
     event::{Event, Origin, lock, now},
-    key::{Origins, backend_of},
+    key::Origins,
     needs::{Needs, Slot},
     plan::{Coarser, Plan, Source, Step},
     store::{Claim, Elsewhere},
@@ -244,7 +244,7 @@ impl<'r> Run<'r> {
                 let (node, name, bytes) = (step.index, step.name.clone(), value.bytes());
                 if lock(&self.state).hold(at, output, &value) {
                     let (time, origin, cells) = (start.elapsed(), Origin::Disk, step.wanted.world.cells);
-                    let backend = backend_of(&*self.evaluator.backend, step.instance).name();
+                    let backend = self.evaluator.backends.of(step.instance).name();
                     self.report(step, Event::NodeFinished { node, name, cells, time, bytes, origin, backend });
                 }
                 Some(value)

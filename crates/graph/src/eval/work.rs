@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{
     Delivery, Evaluation, Evaluator, Request,
     event::{Event, Origin, Throttle},
-    key::{Origins, backend_of},
+    key::Origins,
     levels::LevelEvents,
     memory,
     needs::{Needs, Slot},
@@ -146,7 +146,7 @@ impl Work<'_> {
                 let bytes = needs.found[at].iter().map(Slot::bytes).sum::<u64>() as usize;
                 let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
                 let cells = step.wanted.world.cells;
-                let backend = backend_of(&*evaluator.backend, step.instance).name();
+                let backend = evaluator.backends.of(step.instance).name();
                 events(world, Event::NodeFinished { node, name: name(), cells, time, bytes, origin, backend });
             }
         }

@@ -95,6 +95,10 @@ impl Recorder for Count<'_> {
         self.scratch(Size::Words(words.len()))
     }
 
+    fn write(&mut self, scratch: ScratchId, _: &[u32]) -> Result<(), NodeError> {
+        self.clear(scratch)
+    }
+
     fn clear(&mut self, scratch: ScratchId) -> Result<(), NodeError> {
         match self.sizes.get(scratch.0) {
             Some(Size::Cells) => self.work.bytes += 4,

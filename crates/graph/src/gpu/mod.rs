@@ -16,6 +16,7 @@ pub use shader::{Access, FIRST_SLOT, Number, Role, Shader, Slot, WORKGROUP};
 use crate::{
     job::{Job, NodeError},
     param::ParamValues,
+    process::Moment,
 };
 
 /// A kernel for a GPU. The CPU kernel of the same node defines the result.
@@ -48,6 +49,33 @@ pub enum Passes {
     },
     /// Whatever it records.
     Recorded(fn(&Job<'_>, &mut dyn Recorder) -> Result<(), NodeError>),
+    /// A process from its start to its end, which can also be run step by step.
+    Stepped(BeginSteps),
+}
+
+/// Starts a process on a device.
+pub type BeginSteps = fn(&Job<'_>, &mut dyn Recorder) -> Result<Box<dyn Steps>, NodeError>;
+
+/// A process on a device, as [`Process`](crate::Process) is one on the CPU. The recorders of all calls have the buffers
+/// that the calls before have reserved.
+pub trait Steps: Send + Sync {
+    /// The position in time.
+    fn moment(&self) -> Moment;
+
+    /// Advances by one step.
+    ///
+    /// # Errors
+    /// That of the recorder, or [`NodeError`].
+    fn step(&mut self, job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError>;
+
+    /// Records the node's current outputs.
+    ///
+    /// # Errors
+    /// That of the recorder, or [`NodeError`].
+    fn outputs(&mut self, job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError>;
+
+    /// As [`Process::take`](crate::Process::take).
+    fn take(&mut self, params: &ParamValues) -> bool;
 }
 
 impl Passes {

@@ -23,6 +23,12 @@ pub trait Recorder {
     /// When the device has no memory for it.
     fn table(&mut self, words: &[u32]) -> Result<ScratchId, NodeError>;
 
+    /// Replaces the contents of a buffer, which has that many words, after all passes so far.
+    ///
+    /// # Errors
+    /// As [`Self::pass`].
+    fn write(&mut self, scratch: ScratchId, words: &[u32]) -> Result<(), NodeError>;
+
     /// Fills a buffer with zeros.
     ///
     /// # Errors
@@ -157,5 +163,14 @@ pub fn record(kernel: &GpuKernel, job: &Job<'_>, recorder: &mut dyn Recorder) ->
             recorder.pass(&Pass { shader, entry: "main", bind: &[], values: &values, over: Over::Cells(rows) })
         }
         Passes::Recorded(run) => run(job, recorder),
+        Passes::Stepped(begin) => {
+            let mut steps = begin(job, recorder)?;
+            while !steps.moment().is_over() {
+                steps.step(job, recorder)?;
+                let moment = steps.moment();
+                job.advance((moment.now / moment.end) as f32)?;
+            }
+            steps.outputs(job, recorder)
+        }
     }
 }

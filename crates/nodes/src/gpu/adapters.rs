@@ -39,13 +39,7 @@ impl Adapters {
         adapters.retain(|adapter| {
             adapter.inner.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
         });
-        adapters.sort_by_key(|adapter| match adapter.info.device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        });
+        adapters.sort_by_key(|adapter| rank(adapter.info.device_type));
         Self(adapters)
     }
 
@@ -69,6 +63,23 @@ impl Adapters {
     pub fn best(&self, real: bool) -> Option<&Adapter> {
         self.0.first().filter(|adapter| !(real && adapter.is_software()))
     }
+}
+
+/// The place of a kind of adapter among all: the fastest kinds come first.
+const fn rank(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+/// Distinguishes an adapter from others whose results may have other bytes.
+fn identity(info: &wgpu::AdapterInfo) -> String {
+    let wgpu::AdapterInfo { name, vendor, device, driver, driver_info, backend, .. } = info;
+    format!("gpu {vendor:x}:{device:x} {name} {backend:?} {driver} {driver_info}")
 }
 
 /// What a device does in a second, measured on a small raster.
@@ -137,8 +148,7 @@ impl Adapter {
 
     /// Distinguishes it from adapters whose results may have other bytes.
     pub(super) fn identity(&self) -> String {
-        let wgpu::AdapterInfo { name, vendor, device, driver, driver_info, backend, .. } = &self.info;
-        format!("gpu {vendor:x}:{device:x} {name} {backend:?} {driver} {driver_info}")
+        identity(&self.info)
     }
 
     /// The size limit of values that stay on it. No interface tells how much memory a card has; what does not fit
@@ -166,5 +176,33 @@ impl Adapter {
         let noise = gpu.time(&crate::generate::perlin::NODE, window, &[], &cancel)?;
         // octaves of the default wavelength of 4000 m down to 2.4 cells of 1 m
         Ok(Speed { point: rate(point), noise: rate(noise) * 11.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A laptop with two graphics adapters and a driver in software: the card comes first, and results of one are never
+    /// taken for those of another, nor those of one version of a driver for those of the next.
+    #[test]
+    fn of_two_adapters_the_card_comes_first_and_each_has_its_own_keys() {
+        let info = |kind, name: &str, version: &str| {
+            let mut info = wgpu::AdapterInfo::new(kind, wgpu::Backend::Vulkan);
+            (info.name, info.driver_info) = (name.to_owned(), version.to_owned());
+            info
+        };
+        let mut all = [
+            info(wgpu::DeviceType::Cpu, "software", "25.0"),
+            info(wgpu::DeviceType::IntegratedGpu, "integrated", "25.0"),
+            info(wgpu::DeviceType::DiscreteGpu, "card", "25.0"),
+            info(wgpu::DeviceType::DiscreteGpu, "card", "25.1"),
+        ];
+        all.sort_by_key(|info| rank(info.device_type));
+        assert_eq!(all.each_ref().map(|info| info.name.as_str()), ["card", "card", "integrated", "software"]);
+        let keys: std::collections::BTreeSet<String> = all.iter().map(identity).collect();
+        assert_eq!(keys.len(), all.len());
+        let same = identity(&info(wgpu::DeviceType::DiscreteGpu, "card", "25.0"));
+        assert!(keys.contains(&same), "the same card has the same keys in each run of the program");
     }
 }

@@ -131,10 +131,19 @@ impl Device {
         let made = call();
         let errors = [inner.pop(), rules.pop(), memory.pop()].map(pollster::block_on);
         match errors.into_iter().flatten().next() {
-            // of a lost device every call is refused
-            Some(error) => self.check().and(Err(error.into())),
+            // of a lost device every call is refused; that it is lost is told by the next poll
+            Some(error) => {
+                let _ = self.device.poll(wgpu::PollType::Poll);
+                self.check().and(Err(error.into()))
+            }
             None => self.check().map(|()| made),
         }
+    }
+
+    /// A buffer that the host can read.
+    pub(super) fn host_buffer(&self, size: u64) -> wgpu::Buffer {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
     }
 
     /// Waits until everything submitted is done.

@@ -15,6 +15,9 @@ use super::{device::Device, device::Trouble, lock};
 /// Largest part of a raster that is copied at a time.
 const PART: u64 = 32 << 20;
 
+/// Longest answer that comes to the host with the end of a submit, in bytes.
+pub(super) const ANSWER: u64 = 1024;
+
 /// Smallest block: a table without entries has room for one of any kind, as its binding requires.
 const LEAST: u64 = 256;
 
@@ -24,9 +27,13 @@ const LEAST: u64 = 256;
 pub(super) struct Memory {
     pub(super) device: Device,
     budget: u64,
+    /// What the device has at most, if that is less than it says; for tests.
+    most: u64,
     /// Bytes of all blocks, in use and free.
     held: AtomicU64,
     free: Mutex<BTreeMap<u64, Vec<wgpu::Buffer>>>,
+    /// A buffer that the host can read, for the next answer.
+    answer: Mutex<Option<wgpu::Buffer>>,
     /// Values on the device, the least recently used first.
     values: Mutex<Vec<WeakSamples>>,
 }
@@ -51,8 +58,16 @@ impl Drop for Block {
 }
 
 impl Memory {
-    pub(super) fn new(device: Device, budget: u64) -> Self {
-        Self { device, budget, held: AtomicU64::new(0), free: Mutex::default(), values: Mutex::default() }
+    pub(super) fn new(device: Device, budget: u64, most: u64) -> Self {
+        Self {
+            device,
+            budget,
+            most,
+            held: AtomicU64::new(0),
+            free: Mutex::default(),
+            answer: Mutex::default(),
+            values: Mutex::default(),
+        }
     }
 
     pub(super) fn held(&self) -> u64 {
@@ -73,7 +88,9 @@ impl Memory {
         loop {
             let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
             let descriptor = wgpu::BufferDescriptor { label: None, size: bytes, usage, mapped_at_creation: false };
-            match self.device.caught(|| self.device.device.create_buffer(&descriptor)) {
+            let has_room = self.held() + bytes <= self.most;
+            let create = || self.device.caught(|| self.device.device.create_buffer(&descriptor));
+            match has_room.then(create).unwrap_or(Err(Trouble::Memory)) {
                 Ok(buffer) => {
                     self.held.fetch_add(bytes, Ordering::Relaxed);
                     return Ok(Block { buffer, memory: Arc::clone(self) });
@@ -142,13 +159,22 @@ impl Memory {
         field
     }
 
+    /// A buffer for an answer of up to [`ANSWER`] bytes. Call it where errors are caught.
+    pub(super) fn answer(&self) -> wgpu::Buffer {
+        lock(&self.answer).take().unwrap_or_else(|| self.device.host_buffer(ANSWER))
+    }
+
+    /// The first bytes of an answer that has been mapped, after the device has ended its work.
+    pub(super) fn take_answer(&self, answer: wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, Trouble> {
+        let taken = mapped(&answer, bytes, <[u8]>::to_vec)?;
+        *lock(&self.answer) = Some(answer);
+        Ok(taken)
+    }
+
     /// Copies bytes of a buffer to the host, part by part.
     pub(super) fn read(&self, buffer: &wgpu::Buffer, bytes: u64, mut take: impl FnMut(&[u8])) -> Result<(), Trouble> {
         let device = &self.device;
-        let size = bytes.min(PART);
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
-        let host = device.caught(|| device.device.create_buffer(&descriptor))?;
+        let host = device.caught(|| device.host_buffer(bytes.min(PART)))?;
         for start in (0..bytes).step_by(PART as usize) {
             let size = PART.min(bytes - start);
             device.caught(|| {
@@ -158,13 +184,19 @@ impl Memory {
                 host.map_async(wgpu::MapMode::Read, 0..size, |_| ());
             })?;
             device.wait()?;
-            let mapped = host.get_mapped_range(0..size).map_err(|error| Trouble::Lost(error.to_string()))?;
-            take(&mapped);
-            drop(mapped);
-            host.unmap();
+            mapped(&host, size, &mut take)?;
         }
         Ok(())
     }
+}
+
+/// Reads the first bytes of a buffer that has been mapped.
+fn mapped<T>(buffer: &wgpu::Buffer, bytes: u64, take: impl FnOnce(&[u8]) -> T) -> Result<T, Trouble> {
+    let mapped = buffer.get_mapped_range(0..bytes).map_err(|error| Trouble::Lost(error.to_string()))?;
+    let taken = take(&mapped);
+    drop(mapped);
+    buffer.unmap();
+    Ok(taken)
 }
 
 /// The samples of a raster on a device, a block for each plane.

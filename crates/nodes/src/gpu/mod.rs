@@ -8,6 +8,7 @@
 mod adapters;
 mod device;
 mod memory;
+mod process;
 mod run;
 #[cfg(test)]
 mod tests;
@@ -24,8 +25,8 @@ pub use device::Trouble;
 use device::{Device, Pipeline};
 use memory::Memory;
 use orograph_graph::{
-    Backend, Cancel, Fallback, Field, Input, InputValue, Job, LevelJob, Node, NodeError, Outputs, ParamValues, Wanted,
-    Warnings, Window, gpu,
+    Backend, Cancel, Fallback, Field, Input, InputValue, Job, LevelJob, Node, NodeError, Outputs, ParamValues, Process,
+    Wanted, Warnings, Window, gpu,
 };
 
 /// Options of a [`Gpu`].
@@ -37,6 +38,8 @@ pub struct GpuOptions {
     pub plain_limits: bool,
     /// Bind no more than that many bytes of a buffer at a time, for tests; a larger raster is computed in bands.
     pub largest_binding: Option<u64>,
+    /// Behave as a device with no more than that many bytes of memory, for tests.
+    pub memory: Option<u64>,
     /// Fill results with NaN before a kernel writes them, for tests.
     pub poison: bool,
 }
@@ -72,7 +75,7 @@ impl Gpu {
         let budget = options.budget.unwrap_or_else(|| adapter.budget());
         Ok(Self {
             identity: adapter.identity(),
-            memory: Arc::new(Memory::new(device, budget)),
+            memory: Arc::new(Memory::new(device, budget, options.memory.unwrap_or(u64::MAX))),
             pipelines: Mutex::default(),
             rates: Mutex::default(),
             turn: Turn::default(),
@@ -122,7 +125,7 @@ impl Gpu {
         let mut best = Duration::MAX;
         for _ in 0..3 {
             let _turn = self.turn.take(&job).map_err(|_| Trouble::Input)?;
-            let mut run = run::Run::begin(self, &job).map_err(run::Stop::into_trouble)?;
+            let mut run = run::Run::begin(self, &job)?;
             let start = run::now();
             let recorded = gpu::record(kernel, &job, &mut run);
             run.finish(recorded).map_err(run::Stop::into_trouble)?;
@@ -160,7 +163,7 @@ impl Backend for Gpu {
         if self.memory.device.is_lost() {
             return Ok(None);
         }
-        let ran = run::Run::begin(self, job).and_then(|mut run| {
+        let ran = run::Run::begin(self, job).map_err(run::Stop::Trouble).and_then(|mut run| {
             let recorded = gpu::record(kernel, job, &mut run);
             run.finish(recorded)
         });
@@ -171,6 +174,13 @@ impl Backend for Gpu {
                 self.decline(job, &trouble);
                 Ok(None)
             }
+        }
+    }
+
+    fn begin(self: Arc<Self>, node: &Node, job: &Job<'_>) -> Result<Option<Box<dyn Process>>, NodeError> {
+        match node.gpu.map(|kernel| kernel.passes) {
+            Some(gpu::Passes::Stepped(begin)) => process::begin(self, begin, job),
+            _ => Ok(None),
         }
     }
 }

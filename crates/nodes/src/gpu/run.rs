@@ -20,7 +20,7 @@ use super::{
     Entry, Gpu,
     device::{Pipeline, Trouble},
     lock,
-    memory::{Block, Resident},
+    memory::{ANSWER, Block, Resident},
 };
 
 /// How long a submit should keep the device busy.
@@ -74,6 +74,9 @@ enum Command {
 /// What distinguishes a bind group: shader, parameters, and the buffers with their offsets.
 type GroupKey = (&'static str, Vec<u8>, Vec<(wgpu::Buffer, u64, u64)>);
 
+/// Buffers that a process keeps from call to call.
+pub(super) type Kept = Vec<(Size, Block)>;
+
 /// A run of a kernel.
 pub(super) struct Run<'a> {
     gpu: &'a Gpu,
@@ -81,7 +84,7 @@ pub(super) struct Run<'a> {
     inputs: Vec<Input>,
     /// The planes of each wanted output.
     outputs: Vec<Vec<Block>>,
-    scratch: Vec<(Size, Block)>,
+    scratch: Kept,
     /// Raised by a sample that is not finite.
     fault: Block,
     /// Bound where an entry point uses nothing: to read, to write.
@@ -97,7 +100,7 @@ pub(super) struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// Brings inputs to the device and reserves the outputs.
-    pub(super) fn begin(gpu: &'a Gpu, job: &'a Job<'a>) -> Result<Self, Stop> {
+    pub(super) fn begin(gpu: &'a Gpu, job: &'a Job<'a>) -> Result<Self, Trouble> {
         let memory = &gpu.memory;
         let write = |block: &Block, bytes: &[u8]| {
             memory.device.caught(|| memory.device.queue.write_buffer(&block.buffer, 0, bytes))
@@ -143,19 +146,30 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// The same, with the buffers that calls before have reserved, which [`Self::keep`] takes back.
+    pub(super) fn resume(gpu: &'a Gpu, job: &'a Job<'a>, kept: &mut Kept) -> Result<Self, Trouble> {
+        let run = Self::begin(gpu, job)?;
+        Ok(Self { scratch: std::mem::take(kept), ..run })
+    }
+
+    /// Submits the rest, and gives the buffers back for the next call.
+    pub(super) fn keep(&mut self, recorded: Result<(), NodeError>, kept: &mut Kept) -> Result<(), NodeError> {
+        let recorded = recorded.and_then(|()| self.flush());
+        *kept = std::mem::take(&mut self.scratch);
+        recorded
+    }
+
     /// Submits the rest, and returns the results, which stay on the device. Results with a sample that is not finite
     /// come to the host, where the evaluator finds it.
     pub(super) fn finish(mut self, recorded: Result<(), NodeError>) -> Result<Outputs, Stop> {
-        let recorded = recorded.and_then(|()| self.flush());
-        let read = recorded.and_then(|()| {
-            let mut fault = 0;
-            let bytes = |bytes: &[u8]| fault = bytes.first().copied().unwrap_or(0);
-            let read = self.gpu.memory.read(&self.fault.buffer, 16, bytes);
-            read.map(|()| fault != 0).map_err(|trouble| self.failed(trouble))
-        });
+        let fault = self.fault.buffer.clone();
+        let read =
+            recorded.and_then(|()| self.submit(Some((&fault, 16)))).map(|flag| flag.iter().any(|byte| *byte != 0));
+        let device = &self.gpu.memory.device;
         let is_faulty = match (read, self.trouble.take()) {
             (_, Some(trouble)) => return Err(Stop::Trouble(trouble)),
-            (Err(error), None) => return Err(Stop::Node(error)),
+            // a kernel that reads its inputs on the host finds them lost with the device
+            (Err(error), None) => return Err(device.check().err().map_or(Stop::Node(error), Stop::Trouble)),
             (Ok(is_faulty), None) => is_faulty,
         };
         let mut outputs = Outputs::default();
@@ -341,13 +355,17 @@ impl<'a> Run<'a> {
         if alone { self.flush() } else { Ok(()) }
     }
 
-    /// Submits what is pending, waits for it, and notes how long it took.
+    /// Submits what is pending, and waits for it.
     fn flush(&mut self) -> Result<(), NodeError> {
+        if self.pending.is_empty() { self.job.check() } else { self.submit(None).map(|_| ()) }
+    }
+
+    /// Submits what is pending, waits for it, and notes how long it took. Returns the first bytes of a buffer after
+    /// that, which cost no second wait.
+    fn submit(&mut self, answer: Option<(&wgpu::Buffer, u64)>) -> Result<Vec<u8>, NodeError> {
         self.job.check()?;
-        if self.pending.is_empty() {
-            return Ok(());
-        }
-        let (device, pending) = (&self.gpu.memory.device, std::mem::take(&mut self.pending));
+        let (memory, pending) = (&self.gpu.memory, std::mem::take(&mut self.pending));
+        let device = &memory.device;
         let start = now();
         let submitted = device.caught(|| {
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -366,9 +384,19 @@ impl<'a> Run<'a> {
                     commands.next();
                 }
             }
-            device.queue.submit([encoder.finish()])
+            let host = answer.map(|(buffer, bytes)| {
+                let host = memory.answer();
+                encoder.copy_buffer_to_buffer(buffer, 0, &host, 0, bytes);
+                (host, bytes)
+            });
+            device.queue.submit([encoder.finish()]);
+            host.inspect(|(host, bytes)| host.map_async(wgpu::MapMode::Read, 0..*bytes, |_| ()))
         });
-        submitted.and_then(|_| device.wait()).map_err(|trouble| self.failed(trouble))?;
+        let taken = submitted.and_then(|host| {
+            device.wait()?;
+            host.map_or_else(|| Ok(Vec::new()), |(host, bytes)| memory.take_answer(host, bytes))
+        });
+        let taken = taken.map_err(|trouble| self.failed(trouble))?;
         let took = start.elapsed().as_nanos() as f64;
         let expected: f64 = self.expected.values().sum();
         let mut rates = lock(&self.gpu.rates);
@@ -384,7 +412,7 @@ impl<'a> Run<'a> {
         if self.groups.len() > MOST_GROUPS_KEPT {
             self.groups.clear();
         }
-        self.job.check()
+        self.job.check().map(|()| taken)
     }
 }
 
@@ -410,10 +438,15 @@ impl Recorder for Run<'_> {
 
     fn table(&mut self, words: &[u32]) -> Result<ScratchId, NodeError> {
         let id = self.scratch(Size::Words(words.len()))?;
-        let (device, buffer) = (&self.gpu.memory.device, &self.scratch[id.0].1.buffer);
+        self.write(id, words).map(|()| id)
+    }
+
+    fn write(&mut self, scratch: ScratchId, words: &[u32]) -> Result<(), NodeError> {
+        // what is written arrives before the next submit
+        self.flush()?;
+        let (device, buffer) = (&self.gpu.memory.device, &self.scratch[scratch.0].1.buffer);
         let written = device.caught(|| device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(words)));
-        written.map_err(|trouble| self.failed(trouble))?;
-        Ok(id)
+        written.map_err(|trouble| self.failed(trouble))
     }
 
     fn clear(&mut self, scratch: ScratchId) -> Result<(), NodeError> {
@@ -445,13 +478,17 @@ impl Recorder for Run<'_> {
     }
 
     fn read(&mut self, scratch: ScratchId, words: usize) -> Result<Vec<u32>, NodeError> {
-        self.flush()?;
+        let (buffer, bytes) = (self.scratch[scratch.0].1.buffer.clone(), 4 * words as u64);
         let mut read = Vec::with_capacity(words);
-        let buffer = &self.scratch[scratch.0].1.buffer;
-        let copied = self.gpu.memory.read(buffer, 4 * words as u64, |bytes| {
+        let mut take = |bytes: &[u8]| {
             read.extend(bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)));
-        });
-        copied.map_err(|trouble| self.failed(trouble))?;
+        };
+        if bytes <= ANSWER {
+            take(&self.submit(Some((&buffer, bytes)))?);
+        } else {
+            self.flush()?;
+            self.gpu.memory.read(&buffer, bytes, take).map_err(|trouble| self.failed(trouble))?;
+        }
         Ok(read)
     }
 

@@ -214,6 +214,12 @@ impl Request {
         Self { document, graph: expanded.graph, outputs, ..self.clone() }
     }
 
+    /// The same request with its graph changed in a way that does not change its document, such as other backends.
+    #[must_use]
+    pub fn with_graph(self, change: impl FnOnce(Arc<Graph>) -> Arc<Graph>) -> Self {
+        Self { graph: change(self.graph), ..self }
+    }
+
     /// Keeps only the outputs of these names; all of them if there are none.
     ///
     /// # Errors

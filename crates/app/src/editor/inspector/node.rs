@@ -1,7 +1,7 @@
 //! The selected node: state, inputs, parameters, outputs and manual page.
 
 use egui::{Button, Frame, Label, RichText, Ui, containers::menu::MenuButton};
-use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, ParamValue, Port, When, bytes};
+use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, ParamValue, Port, Prefer, When, bytes};
 
 use super::{
     form::{self, FormState, TextField, line, section, title, words},
@@ -122,9 +122,37 @@ fn heading(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str,
         if switch.on_hover_text("Bypass this node").changed() {
             form.judge(id, session.attempt(&Edit::SetMuted { node: name.to_owned(), muted: on }));
         }
+        if session.can_prefer(name) {
+            backend(ui, session, name);
+        }
         ui.add(Label::new(RichText::new(kind).small().weak()).truncate());
     });
     ui.add(Label::new(node.summary).wrap());
+}
+
+/// Where its kernel runs.
+fn backend(ui: &mut Ui, session: &mut Session, name: &str) {
+    let told = |backend: Prefer| match backend {
+        Prefer::Auto => "auto",
+        Prefer::Cpu => "CPU",
+        Prefer::Device => "GPU",
+    };
+    let before = session.preferred(name);
+    let mut chosen = before;
+    let text = |backend: Prefer| RichText::new(told(backend)).small();
+    let choice = egui::ComboBox::from_id_salt(("backend", name)).selected_text(text(before)).width(48.0);
+    let shown = choice.show_ui(ui, |ui| {
+        for backend in [Prefer::Auto, Prefer::Cpu, Prefer::Device] {
+            ui.selectable_value(&mut chosen, backend, told(backend));
+        }
+    });
+    shown.response.on_hover_text(
+        "Where it is computed: auto uses a graphics card if there is one, GPU also a driver in software. \
+         The choice is not saved in the file",
+    );
+    if chosen != before {
+        session.prefer(name, chosen);
+    }
 }
 
 fn rename(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str, line: egui::Id) {
@@ -191,7 +219,10 @@ fn state(ui: &mut Ui, session: &mut Session, name: &str) {
         }
         NodeState::Fresh => {
             let took = info.time.map(|(time, cells)| format!("{} at {cells} cells, ", seconds(time)));
-            let text = took.map_or_else(|| "Ready".to_owned(), |took| took + &bytes(info.bytes as u64));
+            let mut text = took.map_or_else(|| "Ready".to_owned(), |took| took + &bytes(info.bytes as u64));
+            if info.on_device {
+                text += ", GPU";
+            }
             standing(ui, |ui| ui.weak(text));
         }
         NodeState::Failed { message, hint, at } => {

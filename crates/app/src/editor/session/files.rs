@@ -303,6 +303,7 @@ impl Session {
         (self.document, self.saved, self.unpacked, self.example) = (document, saved, None, None);
         self.selection.clear();
         self.pinned = None;
+        self.preferred.clear();
         self.nodes.clear();
         self.built.clear();
         self.end_journal();

@@ -13,7 +13,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orograph_graph::{Cancel, EvalError, Evaluator, Graph, Live, NodeIndex, World};
+use orograph_graph::{Cancel, EvalError, Evaluator, Graph, Live, NodeIndex, Wanted, World};
 
 use super::worker::News;
 use crate::report::failure::Failure;
@@ -36,6 +36,8 @@ pub struct Subject {
     pub node: NodeIndex,
     /// The outputs of the node, as `node.port`.
     pub ports: Vec<String>,
+    /// Those of them to report on the way; all are reported at the end.
+    pub shown: Wanted,
 }
 
 /// A request to the live run.
@@ -170,8 +172,9 @@ impl Work {
 
     /// Returns true if there is a next step to take.
     fn moves(&self) -> bool {
-        let on = self.live.as_ref().is_some_and(|(live, _)| !live.moment().is_over());
-        on && !self.held && (self.goes || self.steps > 0)
+        let Some((live, _)) = &self.live else { return false };
+        let goes_on = !self.held && (self.goes || self.steps > 0);
+        !live.moment().is_over() && (live.is_behind() || goes_on)
     }
 
     fn tell(&self, news: News) {
@@ -184,9 +187,9 @@ impl Work {
         match ask {
             Ask::Run(subject) => {
                 let follows = match &mut self.live {
-                    Some((live, _)) => {
+                    Some((live, cancel)) => {
                         let Subject { graph, folder, node, world, .. } = &*subject;
-                        live.follow(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world)?
+                        live.follow(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world, cancel)?
                     }
                     None => false,
                 };
@@ -222,8 +225,10 @@ impl Work {
 
     fn step(&mut self) -> Result<(), EvalError> {
         let Some((live, cancel)) = &mut self.live else { return Ok(()) };
+        // after a lost device it comes back to where it was first
+        let counts = !live.is_behind();
         live.step(&self.evaluator, cancel)?;
-        self.steps = self.steps.saturating_sub(1);
+        self.steps -= u32::from(counts && self.steps > 0);
         if !self.moves() || self.shown.is_none_or(|shown| shown.elapsed() >= LOOKS) {
             self.show()?;
         }
@@ -232,18 +237,132 @@ impl Work {
 
     /// Reports the progress.
     fn show(&mut self) -> Result<(), EvalError> {
-        let (Some((live, cancel)), Some(subject)) = (&self.live, &self.subject) else { return Ok(()) };
-        let values = live.outputs(&self.evaluator, cancel)?;
+        let (Some((live, cancel)), Some(subject)) = (&mut self.live, &self.subject) else { return Ok(()) };
+        let is_over = live.moment().is_over();
+        let values = live.outputs(&self.evaluator, if is_over { Wanted::ALL } else { subject.shown }, cancel)?;
+        // outputs of a lost device are those of a new start
         let moment = live.moment();
         if moment.is_over() {
             live.keep(&self.evaluator, &values)?;
             (self.goes, self.steps) = (false, 0);
         }
-        let values = subject.ports.iter().cloned().zip(values).collect();
+        let values =
+            subject.ports.iter().zip(values).filter_map(|(port, value)| Some((port.clone(), value?))).collect();
         let [nx, ny] = live.cells();
-        let news = News::Live { revision: subject.revision, moment, held: self.held, cells: nx.max(ny), values };
+        let (warnings, on_device) = (live.warnings().to_vec(), live.is_on_device());
+        let news = News::Live {
+            revision: subject.revision,
+            moment,
+            held: self.held && !live.is_behind(),
+            cells: nx.max(ny),
+            values,
+            warnings,
+            on_device,
+        };
         self.tell(news);
         self.shown = Some(Instant::now());
         Ok(())
+    }
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use std::sync::mpsc::Receiver;
+
+    use orograph_graph::{Document, EvaluatorOptions, Value};
+    use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
+
+    use super::*;
+
+    const STORM: &str = r#"(
+        world: (size: 640, cells: 64, seed: 3),
+        nodes: {
+            "base":  Perlin(wavelength: 500, amplitude: 90),
+            "storm": HydraulicPipe(height: "base", duration: 300, rain: 60),
+        },
+        outputs: { "height": "storm" },
+    )"#;
+
+    /// What a live run has reported.
+    struct Seen {
+        moment: orograph_graph::Moment,
+        values: Vec<(String, Value)>,
+        warnings: Vec<String>,
+        on_device: bool,
+    }
+
+    fn next(news: &Receiver<News>) -> Seen {
+        match news.recv_timeout(Duration::from_secs(300)).expect("it reports") {
+            News::Live { moment, values, warnings, on_device, .. } => Seen { moment, values, warnings, on_device },
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// A device that is lost while the run goes on: pictures keep coming, and it ends as on the CPU alone. One that is
+    /// lost during a pause: it comes back to the moment of the pause, and waits there.
+    #[test]
+    fn a_lost_device_does_not_stop_a_live_run() {
+        let adapters = Adapters::find();
+        let Some(adapter) = adapters.best(false) else {
+            assert!(std::env::var_os("OROGRAPH_ALL_TESTS").is_none(), "no graphics driver was found");
+            return;
+        };
+        let document = Document::parse(STORM.to_owned(), &orograph_nodes::registry());
+        let graph = Arc::new(document.graph().clone());
+        let node = graph.find("storm").expect("exists");
+        let outputs = graph.instance(node).node.outputs.iter();
+        let subject = Subject {
+            revision: 1,
+            graph: Arc::clone(&graph),
+            folder: PathBuf::new(),
+            world: document.world(),
+            node,
+            ports: outputs.map(|output| format!("storm.{}", output.name)).collect(),
+            shown: Wanted::NONE.with(1),
+        };
+        let run = |gpu: Option<Arc<Gpu>>| {
+            let options = gpu.map_or_else(EvaluatorOptions::default, |gpu| EvaluatorOptions {
+                backend: gpu,
+                ..EvaluatorOptions::default()
+            });
+            let evaluator = Arc::new(Evaluator::new(options).expect("threads start"));
+            let (outbox, news) = channel();
+            let run = LiveRun::start(evaluator, outbox, Arc::new(|| {})).expect("a thread starts");
+            run.ask(Ask::Run(Box::new(subject.clone())));
+            (run, news)
+        };
+        let to_the_end = |news: &Receiver<News>| loop {
+            let seen = next(news);
+            if seen.moment.is_over() {
+                return seen;
+            }
+        };
+        let (alone, news) = run(None);
+        alone.ask(Ask::Go(true));
+        let cpu = to_the_end(&news);
+        assert!(!cpu.on_device && cpu.values.len() == 7, "at the end all outputs");
+        for is_paused in [false, true] {
+            let gpu = Arc::new(Gpu::new(adapter, &GpuOptions::default()).expect("the driver works"));
+            let (live, news) = run(Some(Arc::clone(&gpu)));
+            let first = next(&news);
+            assert!(first.on_device && first.warnings.is_empty());
+            assert_eq!(first.values.iter().map(|(port, _)| port.as_str()).collect::<Vec<_>>(), ["storm.water"]);
+            live.ask(Ask::Steps(2));
+            let mut now = 0.0;
+            for _ in 0..2 {
+                now = next(&news).moment.now;
+            }
+            assert!(now > 0.0);
+            gpu.lose();
+            live.ask(if is_paused { Ask::Steps(1) } else { Ask::Go(true) });
+            let mut seen = next(&news);
+            while seen.on_device || seen.moment.now < now {
+                seen = next(&news);
+            }
+            assert!(!seen.on_device && seen.warnings.iter().any(|said| said.contains("computed on the CPU")));
+            live.ask(Ask::Go(true));
+            let end = if seen.moment.is_over() { seen } else { to_the_end(&news) };
+            assert!(end.values == cpu.values, "as on the CPU alone");
+        }
     }
 }

@@ -6,6 +6,7 @@ mod journal;
 pub(crate) mod live;
 mod measuring;
 mod outside;
+mod preferred;
 mod recovery;
 mod results;
 mod reuse;
@@ -27,6 +28,7 @@ pub use detail::{Detail, View};
 use files::Opened;
 pub use files::{Answer, FileCommand, Question};
 pub use journal::Journals;
+pub(crate) use preferred::Preferred;
 pub use recovery::Lost;
 pub use simulation::Simulation;
 pub use snapshots::Snapshot;
@@ -60,6 +62,8 @@ pub struct Session {
     selection: BTreeSet<String>,
     /// The pinned output of the viewport, as `node.port`, instead of the selected one.
     pinned: Option<String>,
+    /// The backends that nodes should run on, by name.
+    preferred: Preferred,
     /// The output in the viewport before the last change of the selection, as `node.port`.
     last: Option<String>,
     /// The output to compare with, as `node.port`.
@@ -144,6 +148,7 @@ impl Session {
             example: None,
             selection: BTreeSet::new(),
             pinned: None,
+            preferred: Preferred::default(),
             last: None,
             compared: None,
             also: Vec::new(),
@@ -225,6 +230,7 @@ impl Session {
         self.end_gesture();
         let before = self.document.steps();
         self.document.apply(edit).map_err(|error| error.to_string())?;
+        self.rename_preferred(edit);
         self.made(before);
         self.changed();
         Ok(())
@@ -399,7 +405,8 @@ impl Session {
 
     /// The known state of a node, by reference, for callers that read many.
     pub(super) fn info(&self, name: &str) -> &NodeInfo {
-        static NOTHING: NodeInfo = NodeInfo { state: NodeState::Waiting, time: None, bytes: 0, warnings: Vec::new() };
+        static NOTHING: NodeInfo =
+            NodeInfo { state: NodeState::Waiting, time: None, bytes: 0, warnings: Vec::new(), on_device: false };
         self.nodes.get(name).unwrap_or(&NOTHING)
     }
 
@@ -407,8 +414,9 @@ impl Session {
     /// cells available; otherwise of an older state.
     #[must_use]
     pub fn built(&self, port: &str) -> Option<&Built> {
-        if let Some(live) = self.simulation.as_ref().and_then(|simulation| simulation.built(port)) {
-            return Some(live);
+        if let Some(live) = self.simulation.as_ref().filter(|simulation| simulation.has_values_of(port)) {
+            // an output that was not shown before comes with the next picture
+            return live.built(port);
         }
         let [quick, full, glimpse] = self.built.get(port)?;
         match (quick, full) {
@@ -463,6 +471,12 @@ impl Session {
             // The built graph is the same, so the results and the running work of the worker stay valid.
             return;
         }
+        self.outdated();
+    }
+
+    /// Call after a change that affects the results.
+    fn outdated(&mut self) {
+        let document = &self.document;
         self.revision += 1;
         self.stale = true;
         self.nodes.retain(|name, _| document.node(name).is_some());

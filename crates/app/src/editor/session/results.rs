@@ -81,7 +81,7 @@ impl Session {
             cells: self.cells,
             part: None,
             expected,
-            graph: expanded.graph,
+            graph: self.preferred.applied(expanded.graph),
         }
     }
 
@@ -90,9 +90,10 @@ impl Session {
             News::Running { revision, node, fraction } if revision == self.revision => {
                 self.nodes.entry(node).or_default().state = NodeState::Running { fraction };
             }
-            News::Finished { revision, node, time, bytes, cells, computed } if revision == self.revision => {
+            News::Finished { revision, node, time, bytes, cells, computed, on_device } if revision == self.revision => {
                 let info = self.nodes.entry(node).or_default();
                 info.state = NodeState::Fresh;
+                info.on_device = on_device;
                 if computed {
                     info.time = Some((time, cells));
                     info.bytes = bytes;
@@ -135,7 +136,11 @@ impl Session {
                 self.nodes.entry(node).or_default().state = state;
             }
             News::Part { revision, name, window, value } => self.hear_detail(revision, name, window, value),
-            News::Live { moment, held, cells, values, .. } => self.hear_simulation(moment, held, cells, values),
+            News::Live { moment, held, cells, values, warnings, on_device, .. } => {
+                if self.hear_simulation(moment, held, cells, values) {
+                    self.hear_of_simulated(warnings, on_device);
+                }
+            }
             News::LiveFailed { error, .. } => self.hear_trouble(&error),
             News::Measured { revision, checked } if revision == self.revision => {
                 self.checked = Some(super::Measured { revision, checked });

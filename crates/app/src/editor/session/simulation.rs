@@ -8,7 +8,7 @@ use std::{
     sync::Arc,
 };
 
-use orograph_graph::{EvalError, Moment, NodeIndex, Port, Value};
+use orograph_graph::{EvalError, Moment, NodeIndex, Port, Value, Wanted};
 
 use super::worker::{self, Ask, Order, Subject};
 use super::{Built, NodeState, Session};
@@ -61,9 +61,19 @@ impl Simulation {
         self.trouble.as_deref()
     }
 
+    /// Returns true once it has given outputs, if a port (`node.port`) is of its node.
+    pub(super) fn has_values_of(&self, port: &str) -> bool {
+        !self.values.is_empty() && is_of(port, &self.node)
+    }
+
     pub(super) fn built(&self, port: &str) -> Option<&Built> {
         self.values.get(port)
     }
+}
+
+/// Returns true if an output (`node.port`) is of a node.
+fn is_of(port: &str, node: &str) -> bool {
+    port.split_once('.').is_some_and(|(name, _)| name == node)
 }
 
 impl Session {
@@ -183,28 +193,52 @@ impl Session {
         behind
     }
 
+    /// The outputs that are on the screen, as `node.port`: in the viewport, with the terrain that they lie on, and in the
+    /// inspector, which shows the first of a node where the viewport shows another.
+    fn seen_ports(&self) -> BTreeSet<String> {
+        let graph = self.document.graph();
+        let first = self.selected().and_then(|node| graph.port(node).ok()).map(|port| graph.port_name(port));
+        let names = [self.shown(), self.compared.clone(), first].into_iter().flatten().chain(self.also.iter().cloned());
+        let names: BTreeSet<String> = names.collect();
+        let ground = |name: &String| Some(graph.port_name(self.ground_of(graph.port(name).ok()?)?));
+        let grounds: Vec<String> = names.iter().filter_map(ground).collect();
+        names.into_iter().chain(grounds).collect()
+    }
+
     /// Sends the current state to the live run.
     pub(super) fn follow_simulation(&self, order: &Order) {
         let Some(simulation) = &self.simulation else { return };
         let Some(index) = self.simulated(&simulation.node) else { return };
         let Some(port) = self.document.expand().port(Port { node: index, output: 0 }) else { return };
-        let outputs = self.document.graph().instance(index).node.outputs.iter();
+        let graph = self.document.graph();
+        let outputs = graph.instance(index).node.outputs;
+        let ports: Vec<String> = outputs.iter().map(|output| format!("{}.{}", simulation.node, output.name)).collect();
+        let seen = self.seen_ports();
+        let at = |(at, port): (usize, &String)| seen.contains(port).then_some(at);
+        let shown = ports.iter().enumerate().filter_map(at).fold(Wanted::NONE, Wanted::with);
         self.worker.run_live(Ask::Run(Box::new(Subject {
             revision: self.revision,
             graph: Arc::clone(&order.graph),
             folder: order.folder.clone(),
             world: worker::coarser(order.world, order.cells),
             node: port.node,
-            ports: outputs.map(|output| format!("{}.{}", simulation.node, output.name)).collect(),
+            ports,
+            shown,
         })));
     }
 
-    pub(super) fn hear_simulation(&mut self, moment: Moment, held: bool, cells: u32, values: Vec<(String, Value)>) {
-        let Some(simulation) = &mut self.simulation else { return };
+    /// Takes over the outputs of the live run. Returns false if they are those of another node.
+    pub(super) fn hear_simulation(
+        &mut self,
+        moment: Moment,
+        held: bool,
+        cells: u32,
+        values: Vec<(String, Value)>,
+    ) -> bool {
+        let Some(simulation) = &mut self.simulation else { return false };
         // Messages of a node that ran before arrive late.
-        let of_it = |port: &str| port.split_once('.').is_some_and(|(node, _)| node == simulation.node);
-        if !values.iter().all(|(port, _)| of_it(port)) {
-            return;
+        if !values.iter().all(|(port, _)| is_of(port, &simulation.node)) {
+            return false;
         }
         let was_over = simulation.is_over();
         (simulation.moment, simulation.trouble) = (Some(moment), None);
@@ -218,6 +252,14 @@ impl Session {
         let fraction = if moment.end > 0.0 { (moment.now / moment.end) as f32 } else { 1.0 };
         let state = if moment.is_over() { NodeState::Fresh } else { NodeState::Running { fraction } };
         self.nodes.entry(simulation.node.clone()).or_default().state = state;
+        true
+    }
+
+    pub(super) fn hear_of_simulated(&mut self, warnings: Vec<String>, on_device: bool) {
+        if let Some(simulation) = &self.simulation {
+            let info = self.nodes.entry(simulation.node.clone()).or_default();
+            (info.warnings, info.on_device) = (warnings, on_device);
+        }
     }
 
     pub(super) fn hear_trouble(&mut self, error: &EvalError) {

@@ -60,6 +60,8 @@ pub struct NodeInfo {
     pub bytes: usize,
     /// Its warnings.
     pub warnings: Vec<String>,
+    /// True if its results are those of a graphics device.
+    pub on_device: bool,
 }
 
 /// An output that has been built.

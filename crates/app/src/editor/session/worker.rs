@@ -19,8 +19,8 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Expectations, Graph, Moment, Origin,
-    Port, Request, Store, Value, Window, World,
+    Backend as _, Cancel, Cpu, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Expectations,
+    Graph, Moment, Origin, Port, Request, Store, Value, Window, World,
 };
 
 use super::live::LiveRun;
@@ -123,6 +123,8 @@ pub enum News {
         cells: u32,
         /// True if the kernel ran.
         computed: bool,
+        /// True if a device ran it, or the stored result is that of one.
+        on_device: bool,
     },
     /// An output has been built.
     Built {
@@ -169,6 +171,10 @@ pub enum News {
         cells: u32,
         /// The outputs, as `node.port`, with their values.
         values: Vec<(String, Value)>,
+        /// The warnings since its start.
+        warnings: Vec<String>,
+        /// True if a device runs it.
+        on_device: bool,
     },
     /// The live run has failed.
     LiveFailed {
@@ -226,8 +232,9 @@ impl Worker {
     /// # Errors
     /// When the system cannot start a thread.
     pub fn start(store: Arc<Store>, wake: impl Fn() + Send + Sync + 'static) -> Result<Self, Failure> {
-        let (backend, _) = BackendName::Auto.open();
-        let options = EvaluatorOptions { backend, store, glimpses: Some(GLIMPSES), ..EvaluatorOptions::default() };
+        let (backend, device) = BackendName::both();
+        let glimpses = Some(GLIMPSES);
+        let options = EvaluatorOptions { backend, device, store, glimpses, ..EvaluatorOptions::default() };
         let evaluator = Arc::new(Evaluator::new(options).map_err(|error| Failure::unable(error.to_string()))?);
         let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(wake);
         let (orders, inbox) = channel();
@@ -397,9 +404,10 @@ impl WorkerThread {
             Event::NodeProgress { name, fraction, .. } => {
                 self.tell(News::Running { revision, node: outer(&name).to_owned(), fraction });
             }
-            Event::NodeFinished { name, cells, time, bytes, origin, .. } => {
+            Event::NodeFinished { name, cells, time, bytes, origin, backend, .. } => {
                 let (node, computed) = (outer(&name).to_owned(), origin == Origin::Computed);
-                self.tell(News::Finished { revision, node, time, bytes, cells: longer(cells), computed });
+                let (cells, on_device) = (longer(cells), backend != Cpu.name());
+                self.tell(News::Finished { revision, node, time, bytes, cells, computed, on_device });
             }
             Event::NodeGlimpse { node, values, .. } => {
                 let watched = |output: usize| order.shown.iter().find(|shown| shown.port == Port { node, output });

@@ -9,7 +9,6 @@ use crate::{
         check,
         error::EvalError,
         event::{Event, Origin, Throttle, Ticker, lock, now},
-        key::backend_of,
         plan::{Coarser, Step},
         store::Claim,
     },
@@ -67,7 +66,7 @@ impl Run<'_> {
             warnings: Warnings::default(),
             glimpses: ticker.is_some().then_some(Glimpses { due: &due, take: &take }),
         };
-        let mut backend = backend_of(&*self.evaluator.backend, step.instance);
+        let mut backend = &**self.evaluator.backends.of(step.instance);
         let named = running(&step.name);
         let mut outcome = if backend.is_cpu() { Ok(None) } else { self.attempt(step, || backend.run(node, &job)) };
         if let Ok(None) = outcome {

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::*;
-use crate::{Backend, Boundary, Edge, Exactness, GeoPlace};
+use crate::{Backend, Boundary, Edge, Exactness, GeoPlace, Prefer};
 
 static INEXACT: Node = Node {
     id: "Waves",
@@ -30,6 +30,10 @@ impl Backend for Elsewhere {
 
     fn run(&self, node: &Node, job: &Job<'_>) -> Result<Option<Outputs>, NodeError> {
         (node.cpu)(job).map(Some)
+    }
+
+    fn begin(self: Arc<Self>, _: &Node, _: &Job<'_>) -> Result<Option<Box<dyn crate::Process>>, NodeError> {
+        Ok(None)
     }
 }
 
@@ -192,6 +196,31 @@ fn the_backend_is_included_unless_it_is_the_cpu() {
             assert!(differs(node, end, true) && !differs(node, end, false), "{} {end}", node.id);
         }
     }
+}
+
+/// The preferred backend counts where it runs the node, and nowhere else.
+#[test]
+fn the_preferred_backend_is_included() {
+    let window = Window::whole(world(16));
+    let of = |usual: bool, device: bool, prefers: Prefer| {
+        let (backend, device) = (Arc::new(Elsewhere(usual)), Arc::new(Elsewhere(device)));
+        let evaluator = with(EvaluatorOptions { backend, device, ..EvaluatorOptions::default() });
+        let mut graph = graph();
+        let node = graph.find("a").expect("exists");
+        graph.instance_mut(node).prefers = prefers;
+        let key = |end| evaluator.key(&graph, Path::new(""), graph.port(end).expect("exists"), window).expect("a key");
+        [key("a"), key("b")]
+    };
+    let cpu = ["a", "b"].map(|end| key(&graph(), end, window));
+    assert_eq!(of(false, false, Prefer::Device), cpu, "there is no device");
+    assert_eq!(of(false, true, Prefer::Auto), cpu);
+    assert_eq!(of(false, true, Prefer::Cpu), cpu);
+    let there = of(false, true, Prefer::Device);
+    assert!(there[0] != cpu[0] && there[1] != cpu[1], "and further down");
+    let all = of(true, true, Prefer::Auto);
+    assert_eq!(of(true, true, Prefer::Device), all);
+    let part = of(true, true, Prefer::Cpu);
+    assert!(part[0] == cpu[0] && part[1] != cpu[1], "only the node itself");
 }
 
 #[test]

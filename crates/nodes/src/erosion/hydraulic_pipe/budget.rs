@@ -12,12 +12,16 @@ pub(super) fn total(scene: &Scene<'_>, row: impl Fn(usize) -> f64) -> f64 {
     (0..scene.cells[1]).map(row).sum()
 }
 
+/// Returns false for the height of a cell outside of the terrain.
+pub(super) fn is_land(height: f32) -> bool {
+    height.abs() < super::flow::HIGHEST
+}
+
 /// Rain on land over all cells, in mm/h.
 pub(super) fn rain(scene: &Scene<'_>) -> f64 {
     let nx = scene.cells[0];
-    let land = |at: usize| scene.land[at].abs() < super::flow::HIGHEST;
     total(scene, |j| {
-        let cells = (j * nx..(j + 1) * nx).filter(|&at| land(at));
+        let cells = (j * nx..(j + 1) * nx).filter(|&at| is_land(scene.land[at]));
         cells.map(|at| f64::from(scene.rain.at(at).max(0.0))).sum()
     })
 }

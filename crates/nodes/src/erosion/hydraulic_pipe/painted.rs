@@ -14,13 +14,13 @@ use crate::{
 /// Terrain and rain where they differ from the inputs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Painted {
-    land: Option<Vec<f32>>,
+    pub land: Option<Vec<f32>>,
     /// Rain with the spring in it, in mm/h.
     spring: Option<Vec<f32>>,
     /// Rain that was painted, in mm/h.
     drops: Option<Vec<f32>>,
     /// All of that together.
-    rain: Option<Vec<f32>>,
+    pub rain: Option<Vec<f32>>,
     /// Layers of rock, where there are any.
     beds: Option<Beds>,
 }

@@ -1,6 +1,6 @@
 //! The storm from start to end, sweep by sweep, with the strokes painted during it.
 
-use std::{borrow::Cow, ops::Range};
+use std::borrow::Cow;
 
 use orograph_graph::{Edge, Moment, Process};
 
@@ -8,6 +8,7 @@ use super::{
     Given, Inputs, Params, Wants,
     band::State,
     budget::{self, Sums},
+    course::Course,
     painted::Painted,
     physics::Physics,
     run::{Pacing, Run},
@@ -18,27 +19,14 @@ use crate::{numerics::par, prelude::*};
 
 /// A storm in progress.
 pub(super) struct Storm {
-    /// With the strokes in the order in which they act.
-    params: Params,
+    course: Course,
     physics: Physics,
     run: Run,
     painted: Painted,
-    /// How many of the strokes have acted.
-    acted: usize,
-    left_s: f64,
-    /// Start time of the last sweep.
-    since_s: Option<f64>,
     pacing: Pacing,
     /// Water at the start, and painted rain, in m³.
     water_start: f64,
     water_painted: f64,
-}
-
-/// Parameters with the strokes in the order in which they act.
-pub(super) fn read(values: &ParamValues) -> Params {
-    let mut params = Params::read(values);
-    params.strokes.0.sort_by(|a, b| a.time.total_cmp(&b.time));
-    params
 }
 
 /// Tells where gullies have another width than `width`.
@@ -81,40 +69,22 @@ pub(super) fn checked(job: &Job<'_>, params: &Params) -> Result<Physics, NodeErr
 
 impl Storm {
     pub fn new(job: &Job<'_>) -> Result<Self, NodeError> {
-        let params = read(job.params);
-        let physics = checked(job, &params)?;
+        let course = Course::new(job.params);
+        let physics = checked(job, &course.params)?;
         let inputs = Inputs::read(job)?;
-        let painted = Painted::new(job, &inputs, &params);
+        let painted = Painted::new(job, &inputs, &course.params);
         let scene = painted.scene(job, physics)?;
         let mut run = Run::new(&scene, inputs.regolith);
-        if let Some(depths) = warm::depths(job, &inputs, &params)? {
+        if let Some(depths) = warm::depths(job, &inputs, &course.params)? {
             run.fill(&depths);
         }
         let water_start = budget::water(&run, &scene);
-        let left_s = params.duration;
-        Ok(Self {
-            params,
-            physics,
-            run,
-            painted,
-            acted: 0,
-            left_s,
-            since_s: None,
-            pacing: Pacing::default(),
-            water_start,
-            water_painted: 0.0,
-        })
+        Ok(Self { course, physics, run, painted, pacing: Pacing::default(), water_start, water_painted: 0.0 })
     }
 
     /// Returns the fraction of the run that is done.
     pub fn fraction(&self) -> f32 {
-        if self.params.duration > 0.0 { (1.0 - self.left_s / self.params.duration) as f32 } else { 1.0 }
-    }
-
-    /// Returns the strokes that became due since the last sweep began.
-    fn due(&self) -> Range<usize> {
-        let now = self.moment().now;
-        self.acted..self.params.strokes.0.partition_point(|stroke| stroke.time <= now).max(self.acted)
+        self.course.fraction()
     }
 
     /// Returns the current terrain and water as a preview.
@@ -133,30 +103,30 @@ impl Storm {
 
 impl Process for Storm {
     fn moment(&self) -> Moment {
-        Moment { now: self.params.duration - self.left_s, since: self.since_s, end: self.params.duration }
+        self.course.moment()
     }
 
     fn step(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
-        let (now, due) = (self.moment().now, self.due());
+        let (now, due) = (self.moment().now, self.course.due());
         if !due.is_empty() {
-            self.painted.paint(&self.params.strokes.0[due.clone()], job, self.fraction())?;
-            self.acted = due.end;
+            self.painted.paint(&self.course.params.strokes.0[due.clone()], job, self.fraction())?;
+            self.course.acted = due.end;
         }
         let scene = self.painted.scene(job, self.physics)?;
         let drops = self.painted.drops(&scene);
         let before_s = self.pacing.time_s;
-        self.left_s = self.run.sweep(&scene, self.left_s, &mut self.pacing, job)?;
+        self.course.left_s = self.run.sweep(&scene, self.course.left_s, &mut self.pacing, job)?;
         let cell_m2 = job.cell_m() * job.cell_m();
         self.water_painted += drops * cell_m2 * (self.pacing.time_s - before_s) / 3.6e6;
-        self.since_s = Some(now);
+        self.course.since_s = Some(now);
         Ok(())
     }
 
     fn outputs(&self, job: &Job<'_>) -> Result<Outputs, NodeError> {
         let mut painted = Cow::Borrowed(&self.painted);
-        let due = self.due();
+        let due = self.course.due();
         if !due.is_empty() {
-            painted.to_mut().paint(&self.params.strokes.0[due], job, self.fraction())?;
+            painted.to_mut().paint(&self.course.params.strokes.0[due], job, self.fraction())?;
         }
         let scene = painted.dry_scene(job, self.physics)?;
         let run = &self.run;
@@ -206,16 +176,7 @@ impl Process for Storm {
     }
 
     fn take(&mut self, values: &ParamValues) -> bool {
-        let params = read(values);
-        let (old, new) = (&self.params.strokes.0, &params.strokes.0);
-        let past = new.get(..self.acted) == old.get(..self.acted);
-        let later = new.iter().skip(self.acted).all(|stroke| self.since_s.is_none_or(|since| stroke.time > since));
-        let rest = Params { strokes: params.strokes.clone(), ..self.params.clone() } == params;
-        let fits = past && later && rest;
-        if fits {
-            self.params = params;
-        }
-        fits
+        self.course.take(values)
     }
 }
 

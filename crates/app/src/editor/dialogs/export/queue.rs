@@ -165,6 +165,7 @@ impl Build {
             }
         };
         let Order { request, options, shares } = order;
+        let request = request.with_graph(|graph| session.preferences().applied(graph));
         match Job::start(session.evaluator(), request, self.folder.clone(), options, shares, context) {
             Ok(job) => self.stage = Stage::Running(job),
             Err(failure) => {

@@ -15,7 +15,11 @@ use orograph_graph::{
     Cancel, Document, Edit, Evaluation, Evaluator, Graph, Port, PortType, Request, Value, Window, World,
 };
 
-use crate::editor::{Session, canvas::thumbnail, session::worker::coarser};
+use crate::editor::{
+    Session,
+    canvas::thumbnail,
+    session::{Preferred, worker::coarser},
+};
 
 /// Cells along the longer side of what is built.
 const CELLS: u32 = 128;
@@ -47,6 +51,7 @@ impl Pictures {
         let document = session.document();
         let (source, folder) = (document.source().to_owned(), document.folder().to_owned());
         let (registry, evaluator) = (document.registry().clone(), Arc::clone(session.evaluator()));
+        let preferred = session.preferences().clone();
         let (outbox, built) = channel();
         let cancel = Cancel::default();
         let (context, stop) = (context.clone(), cancel.clone());
@@ -57,7 +62,7 @@ impl Pictures {
                 if stop.is_cancelled() {
                     return;
                 }
-                let variation = variation(&document, &port, edit);
+                let variation = variation(&document, &port, edit, &preferred);
                 let value = variation.and_then(|variation| build(&evaluator, &folder, &variation, &stop));
                 // The receiver is gone once the dialog is closed.
                 if outbox.send((at, value)).is_err() {
@@ -129,13 +134,13 @@ impl Drop for Pictures {
 }
 
 /// The graph after an edit, with few cells.
-fn variation(document: &Document, port: &str, edit: &Edit) -> Result<Variation, String> {
+fn variation(document: &Document, port: &str, edit: &Edit, preferred: &Preferred) -> Result<Variation, String> {
     let mut varied = document.clone();
     varied.apply(edit).map_err(|error| error.to_string())?;
     let expanded = varied.expand();
     let port = varied.graph().port(port).ok().and_then(|port| expanded.port(port));
     let port = port.ok_or_else(|| "its node is muted".to_owned())?;
-    Ok(Variation { graph: expanded.graph, port, world: coarser(varied.world(), CELLS) })
+    Ok(Variation { graph: preferred.applied(expanded.graph), port, world: coarser(varied.world(), CELLS) })
 }
 
 fn build(evaluator: &Evaluator, folder: &PathBuf, variation: &Variation, cancel: &Cancel) -> Result<Value, String> {

@@ -1,0 +1,76 @@
+//! The backends that nodes should run on. They belong to the machine rather than to the terrain, so that they are kept
+//! with the session and never in a file; no undo step changes them.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use orograph_graph::{Edit, Graph, Prefer};
+
+use super::{Session, worker};
+
+/// Backends by the names of nodes; others have [`Prefer::Auto`].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Preferred(BTreeMap<String, Prefer>);
+
+impl Preferred {
+    fn of(&self, node: &str) -> Prefer {
+        self.0.get(node).copied().unwrap_or_default()
+    }
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// A graph with the backends of its nodes.
+    pub(crate) fn applied(&self, graph: Arc<Graph>) -> Arc<Graph> {
+        if self.0.values().all(|backend| *backend == Prefer::Auto) {
+            return graph;
+        }
+        let mut graph = Graph::clone(&graph);
+        for index in graph.indices().collect::<Vec<_>>() {
+            let backend = self.of(worker::outer(&graph.instance(index).name));
+            graph.instance_mut(index).prefers = backend;
+        }
+        Arc::new(graph)
+    }
+}
+
+impl Session {
+    /// The backend that a node should run on.
+    #[must_use]
+    pub fn preferred(&self, node: &str) -> Prefer {
+        self.preferred.of(node)
+    }
+
+    /// The backends that nodes should run on.
+    pub(crate) const fn preferences(&self) -> &Preferred {
+        &self.preferred
+    }
+
+    /// Returns true if a kernel for a graphics device can run a node, or a node of the file that it stands for.
+    #[must_use]
+    pub fn can_prefer(&self, node: &str) -> bool {
+        let graph = self.document.expand().graph;
+        let kernel = |index| graph.instance(index).node.gpu.is_some();
+        graph.indices().any(|index| worker::outer(&graph.instance(index).name) == node && kernel(index))
+    }
+
+    /// Lets a node, and the nodes of the file that it stands for, run on a backend.
+    pub fn prefer(&mut self, node: &str, backend: Prefer) {
+        if self.preferred(node) != backend {
+            self.preferred.0.insert(node.to_owned(), backend);
+            self.outdated();
+        }
+    }
+
+    /// After an edit: a renamed node keeps its backend, under both names, as undo gives it the first again.
+    pub(super) fn rename_preferred(&mut self, edit: &Edit) {
+        match edit {
+            Edit::RenameNode { from, to } => {
+                self.preferred.0.insert(to.clone(), self.preferred(from));
+            }
+            Edit::All(edits) => edits.iter().for_each(|edit| self.rename_preferred(edit)),
+            _ => {}
+        }
+    }
+}
