@@ -4,6 +4,8 @@
 //!
 //! The device is the first of `orograph devices`, limited to 1 MiB of values, so that values go to the host and back.
 
+#![expect(clippy::disallowed_methods, reason = "it measures time")]
+
 use std::{sync::Arc, time::Instant};
 
 use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};

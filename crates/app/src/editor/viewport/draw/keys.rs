@@ -179,7 +179,7 @@ impl Draw {
             _ => (count, between(places[at - 1], places[at], 2.0)),
         };
         let made = session.apply(&edit(&shape.inserted(before, place)));
-        made.then(|| Grip { param: grip.param, point: before, is_middle: false })
+        made.then_some(Grip { param: grip.param, point: before, is_middle: false })
     }
 
     /// Removes a point. Returns the handle before it.
