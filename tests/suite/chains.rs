@@ -4,8 +4,8 @@
 use std::{collections::BTreeMap, num::NonZero, sync::Arc};
 
 use orograph_graph::{
-    EvalError, Evaluator, EvaluatorOptions, Exactness, Fallback, Graph, Instance, Kind, Node, Port, Reach, Store,
-    Value, Window, World,
+    EvalError, Evaluator, EvaluatorOptions, Exactness, Fallback, Graph, Instance, Kind, Node, ParamValue, Port, Reach,
+    Store, Value, Window, World,
 };
 use orograph_nodes::{numerics::simd::Level, registry};
 pub(super) use orograph_tests::Draw;
@@ -113,6 +113,11 @@ impl Chain {
         self.ports.iter().copied().filter(|port| port.node == last).collect()
     }
 
+    fn has_power(&self) -> bool {
+        let is_power = |instance: &Instance| instance.params.get("mode") == Some(&ParamValue::Choice("power"));
+        self.graph.indices().any(|at| is_power(self.graph.instance(at)))
+    }
+
     fn values(&self, window: Window, threads: usize) -> Result<Vec<Value>, EvalError> {
         let evaluator = Evaluator::new(EvaluatorOptions {
             store: Arc::new(Store::new(0, None)),
@@ -152,6 +157,8 @@ fn windows_of_random_chains_equal_the_whole_at_every_width() {
             Ok(whole) => whole,
             // combinations that make no sense may be refused, with a remedy
             Err(EvalError::Node { hint: Some(_), .. }) => continue,
+            // a power of extreme numbers is too large for any raster
+            Err(error) if chain.has_power() && error.to_string().contains("returned inf") => continue,
             Err(error) => panic!("chain {number} that ends in {}: {error}", node.id),
         };
         let part = orograph_nodes::numerics::simd::at(level, || chain.values(window, threads));

@@ -5,8 +5,8 @@
 //! For each pair of cell counts, with the finer raster as means over the coarser cells: the root mean square difference
 //! of heights over their standard deviation, the difference of means, of mean slopes, and the smaller of the two shares
 //! of trunk cells (above the sea, which drain ten times `headwater_area` and ten coarse cells) of one within one cell of
-//! a trunk of the other. The processor time is that of the whole graph on one thread, with an empty store and then with one that
-//! has the results on fewer cells; both must give the same bytes.
+//! a trunk of the other. The processor time is that of the whole graph on one thread, with an empty store and then with
+//! one that has the results on fewer cells; both must give the same bytes.
 
 use std::{error::Error, num::NonZero, path::Path};
 

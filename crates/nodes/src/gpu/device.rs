@@ -131,7 +131,7 @@ impl Device {
         let made = call();
         let errors = [inner.pop(), rules.pop(), memory.pop()].map(pollster::block_on);
         match errors.into_iter().flatten().next() {
-            // of a lost device every call is refused; that it is lost is told by the next poll
+            // a lost device refuses every call; the next poll reports the loss
             Some(error) => {
                 let _ = self.device.poll(wgpu::PollType::Poll);
                 self.check().and(Err(error.into()))

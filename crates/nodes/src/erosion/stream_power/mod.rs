@@ -209,6 +209,8 @@ pub static NODE: Node = Node {
             from: 5,
             steps: &[Step::Keep { name: "roughness", value: "0" }, Step::Keep { name: "rounding", value: "0.05" }],
         },
+        // `method: analytical` is on levels
+        Migration { from: 6, steps: &[] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",

@@ -13,7 +13,7 @@
 //! is further from that of the others than they are from each other. Results on its cells are means of the next level
 //! instead, which goes on from its state, with interpolated inputs.
 //!
-//! The analytical method finds the land at T anew on each level, from the one that the coarser level found.
+//! The analytical method finds the land at T on each level again, from the one that the coarser level found.
 //!
 //! A job is one level: the evaluator has the level below run first, with inputs that are made for its own cells, and
 //! stores its [`Checkpoint`].
