@@ -44,15 +44,15 @@ impl Chain {
     fn new(cell_m: f64) -> Self {
         let mut graph = Graph::default();
         let nodes = registry();
-        let [ramp, flow, layers] = ["Ramp", "Flow", "Stratify"].map(|id| nodes.get(id).expect("a node"));
-        let [ramp, flow, layers, selection, land] = [ramp, flow, layers, &SELECTION, &LAND]
+        let [ramp, flow, layers, path] = ["Ramp", "Flow", "Stratify", "Path"].map(|id| nodes.get(id).expect("a node"));
+        let [ramp, flow, layers, path, selection, land] = [ramp, flow, layers, path, &SELECTION, &LAND]
             .map(|node| Port { node: graph.add(Instance::new(node.id, node)).expect("a new name"), output: 0 });
-        // colours, drainage and rock in depth, for nodes that read them
+        // colours, drainage, rock in depth and lines, for nodes that read them
         graph.connect(land, ramp.node, "value").expect("the types fit");
         graph.connect(land, flow.node, "height").expect("the types fit");
         graph.connect(land, layers.node, "height").expect("the types fit");
         let [drainage, rock] = ["Flow.flow", "Stratify.strata"].map(|port| graph.port(port).expect("an output"));
-        Self { graph, halo: 0.0, ports: vec![ramp, drainage, rock, selection, land], cell_m }
+        Self { graph, halo: 0.0, ports: vec![ramp, drainage, rock, path, selection, land], cell_m }
     }
 
     /// Adds a node that reads the last one if possible. Returns false when no parameters keep the halo small, or no
