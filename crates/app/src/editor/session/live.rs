@@ -278,7 +278,7 @@ mod tests {
         world: (size: 640, cells: 64, seed: 3),
         nodes: {
             "base":  Perlin(wavelength: 500, amplitude: 90),
-            "storm": HydraulicPipe(height: "base", duration: 300, rain: 60),
+            "storm": HydraulicPipe(height: "base", duration: 300, rain: 60, width: 60),
         },
         outputs: { "height": "storm" },
     )"#;
@@ -345,7 +345,7 @@ mod tests {
             let gpu = Arc::new(Gpu::new(adapter, &GpuOptions::default()).expect("the driver works"));
             let (live, news) = run(Some(Arc::clone(&gpu)));
             let first = next(&news);
-            assert!(first.on_device && first.warnings.is_empty(), "{} {:?}", first.on_device, first.warnings);
+            assert!(first.on_device && first.warnings.is_empty(), "{:?}", first.warnings);
             assert_eq!(first.values.iter().map(|(port, _)| port.as_str()).collect::<Vec<_>>(), ["storm.water"]);
             live.ask(Ask::Steps(2));
             let mut now = 0.0;
