@@ -49,7 +49,6 @@ const EXAMPLES: &[Example] = examples! {
     "rivers" "Rivers and lakes" output "map";
     "fault" "A fault and its escarpment" output "map";
     "mesas" "Mesas" output "colour";
-    "terraces" "Terraced fields" output "colour";
     "belts" "Vegetation belts" output "colour";
     "painted" "Painted for an engine" output "colour";
     "glen" "A Highland glen";
@@ -61,6 +60,7 @@ const EXAMPLES: &[Example] = examples! {
     "highlands" "Moors and glens";
     "badlands" "Badlands" output "colour";
     "basin_and_range" "Basins and ranges" output "colour";
+    "terraces" "Terraced fields" output "colour";
     "ridge" "A reusable range";
     "amplify" "A coarse model with rills" output "after";
     "talus_dem" "Real mountains with talus" output "after";
