@@ -95,7 +95,7 @@ fn compare(lives: [(&mut Live, &Evaluator); 2]) {
                     assert!(found.error.abs() < 1e-4, "{name}: {}", found.error);
                 }
             }
-            other => panic!("{other:?}"),
+            other => panic!("neither a field nor a report: {other:?}"),
         }
     }
 }

@@ -11,6 +11,7 @@ use orograph_graph::ParamValue;
 use crate::{
     device,
     hand::{key, type_text},
+    inspector::param,
     picture, scratch, settle, window,
 };
 
@@ -47,16 +48,10 @@ fn focused(window: &Harness<'_, App>) -> String {
     all.next().and_then(|node| node.accesskit_node().label()).unwrap_or_default()
 }
 
-fn param(window: &Harness<'_, App>, node: &str, param: &str) -> ParamValue {
-    let graph = window.state().session().document().graph();
-    let instance = graph.instance(graph.find(node).expect("a node"));
-    instance.params.get(param).expect("a parameter").clone()
-}
-
 fn way(window: &Harness<'_, App>) -> Vec<([f64; 2], Option<f64>)> {
     match param(window, "way", "points") {
         ParamValue::Waypoints(points) => points.iter().map(|point| (point.at, point.width)).collect(),
-        other => panic!("{other:?}"),
+        other => panic!("not the points of a path: {other:?}"),
     }
 }
 

@@ -8,7 +8,7 @@ use orograph_graph::{GeoPlace, ParamValue, Port};
 use crate::{graph, picture, scratch, settle, until, window};
 
 /// A window on a file, with a node selected.
-fn selected(file: &str, node: &str) -> Harness<'static, App> {
+pub fn selected(file: &str, node: &str) -> Harness<'static, App> {
     let mut window = window(Some(graph(file)));
     window.state_mut().session_mut().set_cells(64);
     window.state_mut().session_mut().select_only(node);
@@ -17,7 +17,7 @@ fn selected(file: &str, node: &str) -> Harness<'static, App> {
     window
 }
 
-fn param(window: &Harness<'_, App>, node: &str, name: &str) -> ParamValue {
+pub fn param(window: &Harness<'_, App>, node: &str, name: &str) -> ParamValue {
     let graph = window.state().session().document().graph();
     let index = graph.find(node).expect("the node is there");
     graph.instance(index).params.get(name).cloned().expect("the parameter is there")
@@ -272,7 +272,7 @@ fn points_of_a_curve_are_dragged_and_added() {
     window.run_steps(4);
     let points = |window: &Harness<'_, App>| match param(window, "b", "points") {
         ParamValue::Curve(points) => points,
-        other => panic!("{other:?}"),
+        other => panic!("not the points of a curve: {other:?}"),
     };
     let row = window.get_by_label("points").rect();
     let pad = |window: &Harness<'_, App>| {
@@ -513,91 +513,6 @@ fn number_fields_calculate_with_units() {
     window.run_steps(3);
     fill(&mut window, "cells", "128 * 3");
     assert_eq!(window.state().session().document().world().cells, [384, 384]);
-}
-
-#[test]
-fn colours_are_typed_in_hexadecimal() {
-    let mut window = selected("mesas.ron", "sand");
-    let colours = |window: &Harness<'_, App>| {
-        let ParamValue::Stops(stops) = param(window, "sand", "stops") else { return Vec::new() };
-        stops.iter().map(|stop| stop.colour.to_string()).collect::<Vec<_>>()
-    };
-    let before = colours(&window);
-    let mut fill = |old: &str, new: &str| {
-        let fields = window.query_all_by_role(Role::TextInput);
-        fields.into_iter().find(|field| field.value().as_deref() == Some(old)).expect("a field").focus();
-        window.run_steps(2);
-        // The field has the focus, with all of its text selected.
-        window.event(egui::Event::Text(new.to_owned()));
-        window.run_steps(2);
-        window.key_press(Key::Enter);
-        window.run_steps(3);
-        colours(&window)
-    };
-    assert_eq!(fill(&before[0], "#1a2B3c")[0], "#1a2b3c");
-    assert_eq!(fill("#1a2b3c", "ff8000")[0], "#ff8000");
-    assert_eq!(fill("#ff8000", "orange")[0], "#ff8000");
-    assert!(window.query_by_label_contains("six hexadecimal digits").is_some());
-}
-
-#[test]
-fn a_colour_is_taken_from_the_window() {
-    if crate::device::skips("the eyedropper") {
-        return;
-    }
-    let mut window = selected("mesas.ron", "sand");
-    let first = |window: &Harness<'_, App>| {
-        let ParamValue::Stops(stops) = param(window, "sand", "stops") else { return String::new() };
-        stops[0].colour.to_string()
-    };
-    let before = first(&window);
-    let dropper = |window: &Harness<'_, App>| {
-        window.query_all_by_label_contains("Take a colour").next().expect("a button").rect().center()
-    };
-    let revision = |window: &Harness<'_, App>| window.state().session().document().steps();
-    let at = egui::pos2(400.0, 300.0);
-    let picture = |colour: egui::Color32| {
-        let mut image = egui::ColorImage::filled([1280, 800], egui::Color32::BLACK);
-        image.pixels[300 * 1280 + 400] = colour;
-        let (viewport_id, user_data) = (egui::ViewportId::ROOT, egui::UserData::default());
-        egui::Event::Screenshot { viewport_id, user_data, image: std::sync::Arc::new(image) }
-    };
-    // Escape cancels.
-    let button = dropper(&window);
-    crate::hand::click(&mut window, button);
-    crate::hand::key(&mut window, egui::Modifiers::NONE, Key::Escape);
-    window.event(picture(egui::Color32::from_rgb(1, 2, 3)));
-    window.run_steps(3);
-    assert_eq!((first(&window), revision(&window)), (before.clone(), 0));
-    crate::hand::click(&mut window, button);
-    crate::hand::click(&mut window, at);
-    assert_eq!(window.state().session().selected(), Some("sand"), "the click takes a colour and nothing else");
-    window.run_steps(3);
-    let taken = first(&window);
-    assert!(taken != before && revision(&window) == 1, "{taken}");
-    // The eyedropper has done its work.
-    window.event(picture(egui::Color32::from_rgb(1, 2, 3)));
-    window.run_steps(3);
-    assert_eq!(first(&window), taken);
-}
-
-#[test]
-fn the_colour_of_a_layer_of_rock_is_typed() {
-    let mut window = selected("canyon.ron", "rock");
-    let colour = |window: &Harness<'_, App>| {
-        let ParamValue::Layers(layers) = param(window, "rock", "layers") else { return String::new() };
-        layers[0].colour.to_string()
-    };
-    let before = colour(&window);
-    let fields = window.query_all_by_role(Role::TextInput);
-    fields.into_iter().find(|field| field.value() == Some(before.clone())).expect("a field").focus();
-    window.run_steps(2);
-    window.event(egui::Event::Text("#102030".to_owned()));
-    window.run_steps(2);
-    window.key_press(Key::Enter);
-    window.run_steps(3);
-    assert_eq!(colour(&window), "#102030");
-    picture(&mut window, "layers_of_rock");
 }
 
 /// The layers of a table lie above each other to scale, and say what they are.

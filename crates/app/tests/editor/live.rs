@@ -159,7 +159,7 @@ fn a_node_runs_on_the_backend_that_is_chosen_for_it() {
     };
     let samples = |session: &Session| match &session.built("storm.height").expect("it is built").value {
         Value::Field(field) => field.clone(),
-        other => panic!("{other:?}"),
+        other => panic!("not a field: {other:?}"),
     };
     wait(&mut session, "the build", &|session| !session.is_busy());
     let cpu = samples(&session);

@@ -5,6 +5,7 @@
 mod brush;
 mod canvas;
 mod clipboard;
+mod colours;
 mod detail;
 #[path = "../common/device.rs"]
 mod device;

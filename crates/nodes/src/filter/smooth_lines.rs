@@ -40,12 +40,13 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Points over the length of a kernel, and on either side of a point for each of two box filters: together they form a
-/// triangular kernel of that length.
+/// Points over the length of a kernel.
 const FINE: f64 = 16.0;
+/// The reach to either side of each of two box filters, as a fraction of that length: together they are a triangle.
 const SIDE: f64 = 0.25;
-/// Minimum number of points of a line, and maximum of all lines.
+/// The least number of points of a line.
 const LEAST: f64 = 64.0;
+/// The largest number of points of all lines.
 const MOST: f64 = 400_000.0;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -85,11 +86,9 @@ impl Params {
         };
         let mut vertices = line.vertices.clone();
         if let Some((even, side)) = resampled(self.course) {
-            let smooth = |axis: usize| smooth(&even, |vertex| vertex.position_m[axis], side, closed);
-            let (x, y) = (smooth(0), smooth(1));
             vertices = even;
-            for (vertex, (x, y)) in vertices.iter_mut().zip(x.into_iter().zip(y)) {
-                vertex.position_m = [x, y];
+            for axis in [0, 1] {
+                smooth(&mut vertices, |vertex| &mut vertex.position_m[axis], side, closed);
             }
         }
         if let Some((mut even, side)) = resampled(self.profile) {
@@ -100,10 +99,7 @@ impl Params {
                 |vertex| &mut vertex.area_m2,
             ];
             for part in parts {
-                let values = smooth(&even, |vertex| *part(&mut vertex.clone()), side, closed);
-                for (vertex, value) in even.iter_mut().zip(values) {
-                    *part(vertex) = value;
-                }
+                smooth(&mut even, part, side, closed);
             }
             // the new numbers at the same shares of the line
             let shares = shares(&vertices);
@@ -149,16 +145,19 @@ fn even(vertices: &[Vertex], whole: f64, count: usize) -> Vec<Vertex> {
     even
 }
 
-/// The averages of a number of the points of a line. The ends of an open line do not change.
-fn smooth(points: &[Vertex], number: impl Fn(&Vertex) -> f64, side: usize, closed: bool) -> Vec<f64> {
-    let values: Vec<f64> = points.iter().map(number).collect();
-    if !closed {
-        return averaged(&averaged(&values, side), side);
-    }
-    // both kernels reach around the ring, which has its first point twice
+/// Replaces a number of each point of a line by its average. The ends of an open line do not change.
+fn smooth(points: &mut [Vertex], number: impl Fn(&mut Vertex) -> &mut f64, side: usize, closed: bool) {
+    let values: Vec<f64> = points.iter_mut().map(|point| *number(point)).collect();
+    let smoothed = if closed { around(&values, side) } else { averaged(&averaged(&values, side), side) };
+    points.iter_mut().zip(smoothed).for_each(|(point, value)| *number(point) = value);
+}
+
+/// The averages of numbers along a ring, whose first is also its last.
+fn around(values: &[f64], side: usize) -> Vec<f64> {
+    // both filters reach around the ring
     let (count, pad) = (values.len() - 1, 2 * side.min(values.len()));
-    let around = |at: usize| values[(at + count * pad.div_ceil(count) - pad) % count];
-    let ring: Vec<f64> = (0..=count + 2 * pad).map(around).collect();
+    let at = |at: usize| values[(at + count * pad.div_ceil(count) - pad) % count];
+    let ring: Vec<f64> = (0..=count + 2 * pad).map(at).collect();
     let side = pad / 2;
     let mut round = averaged(&averaged(&ring, side), side)[pad..=pad + count].to_vec();
     // without a difference of rounding

@@ -6,6 +6,7 @@
 //! text is sharp at every zoom and pins can be grabbed wherever they are visible; `egui_graph` computes the automatic
 //! layout, in [`place`].
 
+mod bends;
 mod clip;
 mod commands;
 mod gesture;

@@ -294,7 +294,7 @@ mod tests {
     fn next(news: &Receiver<News>) -> Seen {
         match news.recv_timeout(Duration::from_secs(300)).expect("it reports") {
             News::Live { moment, values, warnings, on_device, .. } => Seen { moment, values, warnings, on_device },
-            other => panic!("{other:?}"),
+            other => panic!("no news of the live run: {other:?}"),
         }
     }
 

@@ -50,7 +50,7 @@ fn sweeps_agree_with_double_precision() {
             slump.levels[0].wake();
             let mut expected = vec![0.0; height.len()];
             for sweep in 0..8 {
-                with_job([75, 41], |job| slump.levels[0].sweep(0.02, job)).unwrap();
+                with_job([75, 41], |job| slump.levels[0].sweep(0.02, job)).expect("not cancelled");
                 expected = reference::sweep(&land, &expected).0;
                 for (at, (moved, expected)) in slump.moved().expect("memory").iter().zip(&expected).enumerate() {
                     let off = (f64::from(*moved) - expected).abs();
@@ -74,7 +74,7 @@ fn even_and_narrow_tiles_agree_with_double_precision() {
         slump.levels[0].wake();
         let mut expected = vec![0.0; height.len()];
         for sweep in 0..8 {
-            with_job([260, 30], |job| slump.levels[0].sweep(0.02, job)).unwrap();
+            with_job([260, 30], |job| slump.levels[0].sweep(0.02, job)).expect("not cancelled");
             expected = reference::sweep(&land, &expected).0;
             for (at, (moved, expected)) in slump.moved().expect("memory").iter().zip(&expected).enumerate() {
                 assert!((f64::from(*moved) - expected).abs() < 1e-3, "sweep {sweep}, cell {at}: {moved} {expected}");
@@ -90,7 +90,7 @@ fn layers_are_conserved_and_never_negative() {
     let layer: Vec<f32> = height.iter().map(|h| 0.2 * (h - 495.0).max(0.0)).collect();
     let land = Land { cells: [75, 41], wraps: [false; 2], height: &height, rise: &rise, loose: Some(&layer) };
     let mut slump = Slump::new(&land, 0.02).expect("memory");
-    let at_rest = with_job([75, 41], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).unwrap();
+    let at_rest = with_job([75, 41], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).expect("not cancelled");
     assert!(at_rest);
     let moved = slump.moved().expect("memory");
     let (before, gained): (f64, f64) =
@@ -116,7 +116,7 @@ fn the_pyramid_agrees_with_one_grid() {
     for (height, loose) in [(pile.samples(), None), (&covered, Some(cover.samples()))] {
         let land = Land { cells: [n as usize; 2], wraps: [false; 2], height, rise: &rise, loose };
         let mut slump = Slump::new(&land, 0.01).expect("memory");
-        assert!(with_job([n, n], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).unwrap());
+        assert!(with_job([n, n], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).expect("not cancelled"));
         let (moved, expected) = (slump.moved().expect("memory"), reference::rest(&land));
         let peak = |moved: &dyn Fn(usize) -> f64| {
             (0..rise.len()).map(|at| f64::from(height[at]) + moved(at)).fold(0.0, f64::max)
@@ -165,7 +165,7 @@ fn a_column_keeps_its_volume() {
     let land = Land { cells: [SIDE; 2], wraps: [false; 2], height: &height, rise: &rise, loose: None };
     for tolerance in [0.02, 0.001] {
         let mut slump = Slump::new(&land, tolerance).expect("memory");
-        assert!(with_job([SIDE as u32; 2], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).unwrap());
+        assert!(with_job([SIDE as u32; 2], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).expect("not cancelled"));
         let moved = slump.moved().expect("memory");
         let off: f64 = moved.iter().map(|moved| f64::from(*moved)).sum();
         assert!(off.abs() < 600.0 * 1e-7, "at {tolerance}: {off} of 600 m");
