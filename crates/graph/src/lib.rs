@@ -50,8 +50,8 @@ pub use document::{
     recover,
 };
 pub use eval::{
-    Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, Origin, Request, Store,
-    StoreFolder, Trust, Usage,
+    Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, LiveNode, Origin,
+    Request, Store, StoreFolder, Trust, Usage,
 };
 pub use field::Field;
 pub use given::Given;

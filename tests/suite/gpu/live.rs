@@ -3,8 +3,8 @@
 use std::{path::PathBuf, sync::Arc};
 
 use orograph_graph::{
-    Cancel, Document, Evaluation, Evaluator, EvaluatorOptions, Graph, Live, ParamValue, Prefer, Request, Stroke, Tool,
-    Value, Wanted, Window, World,
+    Cancel, Document, Evaluation, Evaluator, EvaluatorOptions, Graph, Live, LiveNode, ParamValue, Prefer, Request,
+    Stroke, Tool, Value, Wanted, Window, World,
 };
 use orograph_nodes::gpu::{Gpu, GpuOptions};
 use orograph_tests::gpu::{distance, open};
@@ -35,10 +35,13 @@ fn evaluators(gpu: &Arc<Gpu>) -> [Evaluator; 2] {
     [with(EvaluatorOptions::default()), with(on_device)]
 }
 
-fn begin(evaluator: &Evaluator, graph: &Graph) -> Live {
+fn storm_of(graph: &Graph) -> LiveNode {
     let node = graph.find("storm").expect("exists");
-    let folder = PathBuf::new();
-    Live::begin(evaluator, graph.clone(), folder, node, world(), &Cancel::default(), &|_| {}).expect("begins")
+    LiveNode { graph: graph.clone(), folder: PathBuf::new(), node, world: world() }
+}
+
+fn begin(evaluator: &Evaluator, graph: &Graph) -> Live {
+    Live::begin(evaluator, storm_of(graph), &Cancel::default(), &|_| {}).expect("begins")
 }
 
 fn step(live: &mut Live, evaluator: &Evaluator, steps: usize) {
@@ -52,8 +55,7 @@ fn outputs(live: &mut Live, evaluator: &Evaluator, wanted: Wanted) -> Vec<Option
 }
 
 fn follow(live: &mut Live, evaluator: &Evaluator, graph: &Graph) -> bool {
-    let node = graph.find("storm").expect("exists");
-    live.follow(evaluator, graph.clone(), PathBuf::new(), node, world(), &Cancel::default()).expect("no fault")
+    live.follow(evaluator, storm_of(graph), &Cancel::default()).expect("no fault")
 }
 
 /// The graph with these strokes, as painting makes it.

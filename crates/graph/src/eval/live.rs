@@ -1,10 +1,6 @@
 //! A node's running process, with its inputs.
 
-use std::{
-    fmt,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{fmt, path::PathBuf, sync::Arc};
 
 use petgraph::stable_graph::NodeIndex;
 
@@ -17,7 +13,7 @@ use super::{
     run::attempt,
 };
 use crate::{
-    backend::{Backend as _, Cpu},
+    backend::{Backend, Cpu},
     graph::{Graph, Instance, Port},
     job::{Cancel, InputValue, Job, LevelJob, NodeError, Wanted, Warnings},
     process::{Moment, Process},
@@ -25,16 +21,32 @@ use crate::{
     world::{Window, World},
 };
 
+/// A node of a graph, on the whole of a world.
+#[derive(Clone, Debug)]
+pub struct LiveNode {
+    /// The graph.
+    pub graph: Graph,
+    /// The folder that its files are relative to.
+    pub folder: PathBuf,
+    /// The node.
+    pub node: NodeIndex,
+    /// The world, with its cells.
+    pub world: World,
+}
+
+impl LiveNode {
+    fn instance(&self) -> &Instance {
+        self.graph.instance(self.node)
+    }
+}
+
 /// A node's [process](crate::Node::process), run step by step on the whole world. At its end its outputs equal those of
 /// an evaluation of the node; once they are [kept](Self::keep) they are not computed again.
 ///
 /// The process runs on the backend that runs the node's kernel, if that can run processes. If its device fails, the CPU
 /// starts it again, with a warning, and catches up.
 pub struct Live {
-    graph: Graph,
-    folder: PathBuf,
-    node: NodeIndex,
-    world: World,
+    of: LiveNode,
     inputs: Vec<InputValue>,
     /// The provenance of the inputs.
     ground: Key,
@@ -57,15 +69,9 @@ struct Planned<'g> {
 }
 
 impl<'g> Planned<'g> {
-    fn new(
-        evaluator: &Evaluator,
-        graph: &'g Graph,
-        folder: &Path,
-        node: NodeIndex,
-        world: World,
-        cancel: &Cancel,
-    ) -> Result<Self, EvalError> {
-        let request = Request { port: Port { node, output: 0 }, window: Window::whole(world) };
+    fn new(evaluator: &Evaluator, of: &'g LiveNode, cancel: &Cancel) -> Result<Self, EvalError> {
+        let LiveNode { graph, folder, node, world } = of;
+        let request = Request { port: Port { node: *node, output: 0 }, window: Window::whole(*world) };
         let mut plan = Plan::new(graph, &[request], &[]);
         let origins = key::origins(&mut plan, &evaluator.backends, &evaluator.files, folder, cancel);
         let at = plan.targets[0].clone()?.step;
@@ -96,28 +102,22 @@ impl Live {
     /// As [`Evaluator::evaluate`]; [`EvalError::Request`] for a node that has no process.
     pub fn begin(
         evaluator: &Evaluator,
-        graph: Graph,
-        folder: PathBuf,
-        node: NodeIndex,
-        world: World,
+        of: LiveNode,
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
     ) -> Result<Self, EvalError> {
-        Self::begin_on(evaluator, graph, folder, node, world, cancel, events, true)
+        let backend = Arc::clone(evaluator.backends.of(of.instance()));
+        Self::begin_on(&backend, evaluator, of, cancel, events)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "what a run consists of")]
     fn begin_on(
+        backend: &Arc<dyn Backend>,
         evaluator: &Evaluator,
-        graph: Graph,
-        folder: PathBuf,
-        node: NodeIndex,
-        world: World,
+        of: LiveNode,
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
-        devices: bool,
     ) -> Result<Self, EvalError> {
-        let planned = Planned::new(evaluator, &graph, &folder, node, world, cancel)?;
+        let planned = Planned::new(evaluator, &of, cancel)?;
         let (step, ground) = (planned.step(), planned.ground());
         let instance = step.instance;
         let Some(begin) = instance.node.process else {
@@ -134,7 +134,7 @@ impl Live {
                 Source::Constant(_) | Source::Absent => None,
             })
             .collect();
-        let evaluation = Evaluation { graph: &graph, folder: &folder, requests: &wires, byproducts: &[] };
+        let evaluation = Evaluation { graph: &of.graph, folder: &of.folder, requests: &wires, byproducts: &[] };
         let values: Result<Vec<Value>, EvalError> =
             evaluator.evaluate(&evaluation, cancel, events).into_iter().collect();
         let mut values = values?.into_iter();
@@ -144,35 +144,32 @@ impl Live {
             Source::Absent => InputValue::Absent,
         };
         let inputs: Vec<InputValue> = step.inputs.iter().map(input).collect();
-        let backend = evaluator.backends.of(instance);
         let mut warnings = Vec::new();
-        let call = Call { evaluator, instance, inputs: &inputs, world, folder: &folder, wanted: Wanted::NONE, cancel };
+        let call = Call { evaluator, of: &of, inputs: &inputs, wanted: Wanted::NONE, cancel };
         let (process, runs_on) = call.run(&mut warnings, |job| {
-            if devices && let Some(process) = Arc::clone(backend).begin(job.node, job)? {
-                return Ok((process, backend.identity()));
+            if let Some(process) = Arc::clone(backend).begin(job.node, job)? {
+                return Ok((process, backend.identity().to_owned()));
             }
-            begin(job).map(|process| (process, Cpu.identity()))
+            begin(job).map(|process| (process, Cpu.identity().to_owned()))
         })?;
-        let runs_on = runs_on.to_owned();
         drop(planned);
-        let (has_fallen_back, goal) = (!devices, 0.0);
-        Ok(Self { graph, folder, node, world, inputs, ground, process, runs_on, has_fallen_back, goal, warnings })
+        Ok(Self { of, inputs, ground, process, runs_on, has_fallen_back: false, goal: 0.0, warnings })
     }
 
     /// Starts the process again on the CPU, which catches up from then on.
     fn fall_back(&mut self, evaluator: &Evaluator, cancel: &Cancel) -> Result<(), EvalError> {
         let goal = self.goal.max(self.moment().now);
-        let (graph, folder) = (self.graph.clone(), self.folder.clone());
-        let cpu = Self::begin_on(evaluator, graph, folder, self.node, self.world, cancel, &|_| {}, false)?;
+        let backend: Arc<dyn Backend> = Arc::new(Cpu);
+        let cpu = Self::begin_on(&backend, evaluator, self.of.clone(), cancel, &|_| {})?;
         let mut warnings = std::mem::take(&mut self.warnings);
         add_new(&mut warnings, cpu.warnings);
-        *self = Self { goal, warnings, ..cpu };
+        *self = Self { goal, warnings, has_fallen_back: true, ..cpu };
         Ok(())
     }
 
     /// Returns true if the process runs on a device that the evaluator has lost since.
     fn has_lost_device(&self, evaluator: &Evaluator) -> bool {
-        let now = evaluator.backends.of(self.graph.instance(self.node));
+        let now = evaluator.backends.of(self.of.instance());
         self.is_on_device() && now.is_cpu()
     }
 
@@ -181,30 +178,19 @@ impl Live {
     ///
     /// # Errors
     /// As [`Evaluator::key`]; also as [`Self::begin`] if its device was lost meanwhile.
-    pub fn follow(
-        &mut self,
-        evaluator: &Evaluator,
-        graph: Graph,
-        folder: PathBuf,
-        node: NodeIndex,
-        world: World,
-        cancel: &Cancel,
-    ) -> Result<bool, EvalError> {
+    pub fn follow(&mut self, evaluator: &Evaluator, to: LiveNode, cancel: &Cancel) -> Result<bool, EvalError> {
         if self.has_lost_device(evaluator) {
             self.fall_back(evaluator, cancel)?;
         }
-        let planned = Planned::new(evaluator, &graph, &folder, node, world, cancel)?;
-        let instance = planned.step().instance;
-        let prefers = self.graph.instance(self.node).prefers;
-        if planned.ground() != self.ground || instance.prefers != prefers {
+        let ground = Planned::new(evaluator, &to, cancel)?.ground();
+        let (before, now) = (self.of.instance(), to.instance());
+        if ground != self.ground || now.prefers != before.prefers {
             return Ok(false);
         }
-        let same = instance.params == self.graph.instance(self.node).params;
-        if !same && !self.process.take(&instance.params) {
+        if now.params != before.params && !self.process.take(&now.params) {
             return Ok(false);
         }
-        drop(planned);
-        (self.graph, self.folder, self.node, self.world) = (graph, folder, node, world);
+        self.of = to;
         Ok(true)
     }
 
@@ -217,7 +203,7 @@ impl Live {
     /// Cells along x and y.
     #[must_use]
     pub const fn cells(&self) -> [u32; 2] {
-        self.world.cells
+        self.of.world.cells
     }
 
     /// Returns true while it catches up, after its device has failed.
@@ -271,7 +257,7 @@ impl Live {
             }
             outputs => outputs?,
         };
-        let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, cancel)?;
+        let planned = Planned::new(evaluator, &self.of, cancel)?;
         check::take(planned.step(), wanted, outputs)
     }
 
@@ -280,9 +266,9 @@ impl Live {
     /// # Errors
     /// As [`Self::outputs`].
     pub fn keep(&self, evaluator: &Evaluator, outputs: &[Option<Value>]) -> Result<(), EvalError> {
-        let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, &Cancel::default())?;
+        let planned = Planned::new(evaluator, &self.of, &Cancel::default())?;
         // an evaluation leaves a kernel to the CPU as well if the device fails
-        let backend = evaluator.backends.of(self.graph.instance(self.node));
+        let backend = evaluator.backends.of(self.of.instance());
         let is_that_of_the_key = self.has_fallen_back || backend.identity() == self.runs_on;
         // If a file has changed since, the same process has another key.
         if self.moment().is_over() && planned.ground() == self.ground && is_that_of_the_key {
@@ -301,9 +287,8 @@ impl Live {
         cancel: &Cancel,
         code: impl FnOnce(&mut dyn Process, &Job<'_>) -> Result<T, NodeError> + Send,
     ) -> Result<T, EvalError> {
-        let Self { graph, folder, node, world, inputs, process, warnings, .. } = self;
-        let instance = graph.instance(*node);
-        let call = Call { evaluator, instance, inputs, world: *world, folder, wanted, cancel };
+        let Self { of, inputs, process, warnings, .. } = self;
+        let call = Call { evaluator, of, inputs, wanted, cancel };
         call.run(warnings, |job| code(&mut **process, job))
     }
 }
@@ -317,10 +302,8 @@ impl fmt::Debug for Live {
 /// A call of a function of the node.
 struct Call<'a> {
     evaluator: &'a Evaluator,
-    instance: &'a Instance,
+    of: &'a LiveNode,
     inputs: &'a [InputValue],
-    world: World,
-    folder: &'a Path,
     wanted: Wanted,
     cancel: &'a Cancel,
 }
@@ -332,20 +315,21 @@ impl Call<'_> {
         warnings: &mut Vec<String>,
         code: impl FnOnce(&Job<'_>) -> Result<T, NodeError> + Send,
     ) -> Result<T, EvalError> {
+        let instance = self.of.instance();
         let job = Job {
-            node: self.instance.node,
-            params: &self.instance.params,
+            node: instance.node,
+            params: &instance.params,
             inputs: self.inputs.to_vec(),
             level: LevelJob::default(),
-            window: Window::whole(self.world),
+            window: Window::whole(self.of.world),
             wanted: self.wanted,
-            folder: self.folder.to_owned(),
+            folder: self.of.folder.clone(),
             cancel: self.cancel.clone(),
             progress: &|_| {},
             warnings: Warnings::default(),
             glimpses: None,
         };
-        let done = self.evaluator.pool.install(|| attempt(self.instance, self.cancel, || code(&job)));
+        let done = self.evaluator.pool.install(|| attempt(instance, self.cancel, || code(&job)));
         add_new(warnings, job.warnings.take());
         done
     }

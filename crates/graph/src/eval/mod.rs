@@ -30,7 +30,7 @@ pub(crate) use self::event::lock;
 pub use error::EvalError;
 pub use event::{Event, Origin};
 pub use key::Key;
-pub use live::Live;
+pub use live::{Live, LiveNode};
 pub use store::{Store, StoreFolder, Trust, Usage};
 
 use self::{

@@ -4,7 +4,6 @@
 //! step taken so far, the process continues; otherwise it restarts.
 
 use std::{
-    path::PathBuf,
     sync::{
         Arc, Mutex, PoisonError,
         mpsc::{Receiver, Sender, TryRecvError, channel},
@@ -13,7 +12,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orograph_graph::{Cancel, EvalError, Evaluator, Graph, Live, NodeIndex, Wanted, World};
+use orograph_graph::{Cancel, EvalError, Evaluator, Live, LiveNode, Wanted};
 
 use super::worker::News;
 use crate::report::failure::Failure;
@@ -26,14 +25,10 @@ const LOOKS: Duration = Duration::from_millis(100);
 pub struct Subject {
     /// The state of the document.
     pub revision: u64,
-    /// The graph, including the nodes of the files that it uses.
-    pub graph: Arc<Graph>,
-    /// The folder that its files are relative to.
-    pub folder: PathBuf,
-    /// The world, with the requested cells.
-    pub world: World,
-    /// The node in that graph.
-    pub node: NodeIndex,
+    /// The name of the node in the document.
+    pub name: String,
+    /// The node in the graph that includes the files it uses, with the requested cells.
+    pub node: LiveNode,
     /// The outputs of the node, as `node.port`.
     pub ports: Vec<String>,
     /// Those of them to report on the way; all are reported at the end.
@@ -163,8 +158,8 @@ impl Work {
             if let Err(error) = done {
                 self.live = None;
                 if let Some(subject) = self.subject.as_ref().filter(|_| error != EvalError::Cancelled) {
-                    let revision = subject.revision;
-                    self.tell(News::LiveFailed { revision, error });
+                    let (revision, node) = (subject.revision, subject.name.clone());
+                    self.tell(News::LiveFailed { revision, node, error });
                 }
             }
         }
@@ -186,14 +181,11 @@ impl Work {
     fn take(&mut self, ask: Ask) -> Result<(), EvalError> {
         match ask {
             Ask::Run(subject) => {
+                let subject = self.subject.insert(subject);
                 let follows = match &mut self.live {
-                    Some((live, cancel)) => {
-                        let Subject { graph, folder, node, world, .. } = &*subject;
-                        live.follow(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world, cancel)?
-                    }
+                    Some((live, cancel)) => live.follow(&self.evaluator, subject.node.clone(), cancel)?,
                     None => false,
                 };
-                self.subject = Some(subject);
                 if !follows {
                     return self.begin();
                 }
@@ -217,17 +209,17 @@ impl Work {
             let switches = self.switches.lock().unwrap_or_else(PoisonError::into_inner);
             (switches.begin.clone(), switches.process.clone())
         };
-        let Subject { graph, folder, node, world, .. } = &**subject;
-        let live = Live::begin(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world, &begin, &|_| {})?;
+        let live = Live::begin(&self.evaluator, subject.node.clone(), &begin, &|_| {})?;
         self.live = Some((live, process));
         self.show()
     }
 
     fn step(&mut self) -> Result<(), EvalError> {
         let Some((live, cancel)) = &mut self.live else { return Ok(()) };
-        // after a lost device it comes back to where it was first
-        let counts = !live.is_behind();
+        // After a lost device it first comes back to where it was; those steps do not count.
+        let was_behind = live.is_behind();
         live.step(&self.evaluator, cancel)?;
+        let counts = !was_behind && !live.is_behind();
         self.steps -= u32::from(counts && self.steps > 0);
         if !self.moves() || self.shown.is_none_or(|shown| shown.elapsed() >= LOOKS) {
             self.show()?;
@@ -252,6 +244,7 @@ impl Work {
         let (warnings, on_device) = (live.warnings().to_vec(), live.is_on_device());
         let news = News::Live {
             revision: subject.revision,
+            node: subject.name.clone(),
             moment,
             held: self.held && !live.is_behind(),
             cells: nx.max(ny),
@@ -267,7 +260,7 @@ impl Work {
 
 #[cfg(all(test, feature = "gpu"))]
 mod tests {
-    use std::sync::mpsc::Receiver;
+    use std::{path::PathBuf, sync::mpsc::Receiver};
 
     use orograph_graph::{Document, EvaluatorOptions, Value};
     use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
@@ -308,17 +301,15 @@ mod tests {
             return;
         };
         let document = Document::parse(STORM.to_owned(), &orograph_nodes::registry());
-        let graph = Arc::new(document.graph().clone());
+        let graph = document.graph().clone();
         let node = graph.find("storm").expect("exists");
         let outputs = graph.instance(node).node.outputs.iter();
         let subject = Subject {
             revision: 1,
-            graph: Arc::clone(&graph),
-            folder: PathBuf::new(),
-            world: document.world(),
-            node,
+            name: "storm".to_owned(),
             ports: outputs.map(|output| format!("storm.{}", output.name)).collect(),
             shown: Wanted::NONE.with(1),
+            node: LiveNode { graph, folder: PathBuf::new(), node, world: document.world() },
         };
         let run = |gpu: Option<Arc<Gpu>>| {
             let options = gpu.map_or_else(EvaluatorOptions::default, |gpu| EvaluatorOptions {

@@ -136,12 +136,12 @@ impl Session {
                 self.nodes.entry(node).or_default().state = state;
             }
             News::Part { revision, name, window, value } => self.hear_detail(revision, name, window, value),
-            News::Live { moment, held, cells, values, warnings, on_device, .. } => {
-                if self.hear_simulation(moment, held, cells, values) {
+            News::Live { node, moment, held, cells, values, warnings, on_device, .. } => {
+                if self.hear_simulation(&node, moment, held, cells, values) {
                     self.hear_of_simulated(warnings, on_device);
                 }
             }
-            News::LiveFailed { error, .. } => self.hear_trouble(&error),
+            News::LiveFailed { node, error, .. } => self.hear_trouble(&node, &error),
             News::Measured { revision, checked } if revision == self.revision => {
                 self.checked = Some(super::Measured { revision, checked });
             }

@@ -3,12 +3,9 @@
 //! While it runs, no node after it is built. Strokes are data of the node, each with the time at which it acts, so that
 //! the shown state always equals that of a build from the start.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    sync::Arc,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
-use orograph_graph::{EvalError, Moment, NodeIndex, Port, Value, Wanted};
+use orograph_graph::{EvalError, Graph, LiveNode, Moment, NodeIndex, Port, Value, Wanted};
 
 use super::worker::{self, Ask, Order, Subject};
 use super::{Built, NodeState, Session};
@@ -74,6 +71,11 @@ impl Simulation {
 /// Returns true if an output (`node.port`) is of a node.
 fn is_of(port: &str, node: &str) -> bool {
     port.split_once('.').is_some_and(|(name, _)| name == node)
+}
+
+/// The live run of this node. Returns None if another node runs: reports of the previous one can arrive late.
+fn simulation_of<'s>(simulation: &'s mut Option<Simulation>, node: &str) -> Option<&'s mut Simulation> {
+    simulation.as_mut().filter(|simulation| simulation.node == node)
 }
 
 impl Session {
@@ -218,10 +220,13 @@ impl Session {
         let shown = ports.iter().enumerate().filter_map(at).fold(Wanted::NONE, Wanted::with);
         self.worker.run_live(Ask::Run(Box::new(Subject {
             revision: self.revision,
-            graph: Arc::clone(&order.graph),
-            folder: order.folder.clone(),
-            world: worker::coarser(order.world, order.cells),
-            node: port.node,
+            name: simulation.node.clone(),
+            node: LiveNode {
+                graph: Graph::clone(&order.graph),
+                folder: order.folder.clone(),
+                world: worker::coarser(order.world, order.cells),
+                node: port.node,
+            },
             ports,
             shown,
         })));
@@ -230,16 +235,13 @@ impl Session {
     /// Takes over the outputs of the live run. Returns false if they are those of another node.
     pub(super) fn hear_simulation(
         &mut self,
+        node: &str,
         moment: Moment,
         held: bool,
         cells: u32,
         values: Vec<(String, Value)>,
     ) -> bool {
-        let Some(simulation) = &mut self.simulation else { return false };
-        // Messages of a node that ran before arrive late.
-        if !values.iter().all(|(port, _)| is_of(port, &simulation.node)) {
-            return false;
-        }
+        let Some(simulation) = simulation_of(&mut self.simulation, node) else { return false };
         let was_over = simulation.is_over();
         (simulation.moment, simulation.trouble) = (Some(moment), None);
         simulation.hold[1] = held && simulation.hold[0];
@@ -262,8 +264,8 @@ impl Session {
         }
     }
 
-    pub(super) fn hear_trouble(&mut self, error: &EvalError) {
-        let Some(simulation) = &mut self.simulation else { return };
+    pub(super) fn hear_trouble(&mut self, node: &str, error: &EvalError) {
+        let Some(simulation) = simulation_of(&mut self.simulation, node) else { return };
         simulation.goes = false;
         simulation.trouble = Some(error.to_string());
         let state = NodeState::Failed { message: error.to_string(), hint: error.hint(), at: None };

@@ -163,6 +163,8 @@ pub enum News {
     Live {
         /// The state of the document of the order.
         revision: u64,
+        /// The node's name.
+        node: String,
         /// The current moment.
         moment: Moment,
         /// True if it is paused for a stroke.
@@ -180,6 +182,8 @@ pub enum News {
     LiveFailed {
         /// The state of the document of the order.
         revision: u64,
+        /// The node's name.
+        node: String,
         /// The reason.
         error: EvalError,
     },

@@ -114,9 +114,12 @@ fn with_strokes(times: &[f64]) -> Graph {
     graph
 }
 
+fn storm_of(graph: Graph) -> LiveNode {
+    LiveNode { node: graph.find("storm").expect("exists"), graph, folder: PathBuf::new(), world: world(8) }
+}
+
 fn live(evaluator: &Evaluator, graph: Graph) -> Live {
-    let node = graph.find("storm").expect("exists");
-    Live::begin(evaluator, graph, PathBuf::new(), node, world(8), &Cancel::default(), &|_| {}).expect("begins")
+    Live::begin(evaluator, storm_of(graph), &Cancel::default(), &|_| {}).expect("begins")
 }
 
 fn outputs(live: &mut Live, evaluator: &Evaluator) -> Result<Vec<Value>, EvalError> {
@@ -125,8 +128,7 @@ fn outputs(live: &mut Live, evaluator: &Evaluator) -> Result<Vec<Value>, EvalErr
 }
 
 fn follow(evaluator: &Evaluator, live: &mut Live, graph: Graph) -> bool {
-    let node = graph.find("storm").expect("exists");
-    live.follow(evaluator, graph, PathBuf::new(), node, world(8), &Cancel::default()).expect("no fault")
+    live.follow(evaluator, storm_of(graph), &Cancel::default()).expect("no fault")
 }
 
 #[test]
@@ -196,7 +198,7 @@ fn faults_name_the_node() {
     let mut live = self::live(&evaluator, graph());
     assert_eq!(live.step(&evaluator, &cancel), Err(EvalError::Cancelled));
     let node = graph().find("land").expect("exists");
-    let begun = Live::begin(&evaluator, graph(), PathBuf::new(), node, world(8), &Cancel::default(), &|_| {});
+    let begun = Live::begin(&evaluator, LiveNode { node, ..storm_of(graph()) }, &Cancel::default(), &|_| {});
     assert!(begun.expect_err("no process").to_string().contains("step by step"));
 }
 
