@@ -127,7 +127,7 @@ const SUBJECTS: [Subject; 4] = [
         nodes: &[
             (
                 "HydraulicPipe",
-                r#"version: 2, height: "base", rain: 40, duration: 3600, regolith: 30, entrainment: 0.05, width: 40"#,
+                r#"height: "base", rain: 40, duration: 3600, regolith: 30, entrainment: 0.05, width: 40"#,
             ),
             ("Creep", r#"height: "base", diffusivity: 0.02, duration: 30000"#),
         ],
@@ -198,11 +198,11 @@ fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
                 "path": Path(width: 200),
                 "tint": Ramp(value: "base", high: 2000),
                 "relief": Hillshade(height: "base"),
-                "node": {}({}),
+                "node": {},
             }},
             outputs: {{ "node": "node" }},
         )"#,
-        node.id, arguments
+        node.written(arguments)
     );
     let document = Document::parse(source, &registry());
     let problems: Vec<String> = document.problems().iter().map(|problem| problem.message.clone()).collect();

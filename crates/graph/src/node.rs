@@ -72,7 +72,7 @@ pub struct Node {
     /// How results at different cell sizes are related.
     pub resolution: Resolution,
     /// An example of its use that runs without changes: inputs and parameters as written inside the brackets in a graph
-    /// file. Shown in the manual; tests of all nodes run it as well as the defaults.
+    /// file, after the [version](Self::written). Shown in the manual; tests of all nodes run it as well as the defaults.
     pub example: &'static str,
 }
 
@@ -109,6 +109,14 @@ pub type Kernel = fn(&Job<'_>) -> Result<Outputs, NodeError>;
 pub type Begin = fn(&Job<'_>) -> Result<Box<dyn Process>, NodeError>;
 
 impl Node {
+    /// A node of this kind as it is written in a graph file, with its version: one without is taken for version 1.
+    #[must_use]
+    pub fn written(&self, arguments: &str) -> String {
+        let version = if self.version > 1 { format!("version: {}", self.version) } else { String::new() };
+        let comma = if version.is_empty() || arguments.is_empty() { "" } else { ", " };
+        format!("{}({version}{comma}{arguments})", self.id)
+    }
+
     /// Empty fields for `..Node::DEFAULT`.
     pub const DEFAULT: Self = Self {
         id: "",

@@ -72,7 +72,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
-    example: "version: 2, faults: 40, throw: 700, length: 30000, width: 200, spread: 40",
+    example: "faults: 40, throw: 700, length: 30000, width: 200, spread: 40",
     ..Node::DEFAULT
 };
 

@@ -121,7 +121,7 @@ impl NodePage {
                 Resolution::Cells(why) => format!("it depends on the cells: {why}"),
             },
             sources: node.sources,
-            example: format!("\"{}\": {}({})", node.id.to_lowercase(), node.id, node.example),
+            example: format!("\"{}\": {}", node.id.to_lowercase(), node.written(node.example)),
             pictured: is_pictured(node),
         }
     }

@@ -137,7 +137,7 @@ pub static NODE: Node = Node {
         if is_drawn { draw::bytes(&sizing.window) } else { 0 }
     }),
     cpu: run,
-    example: "version: 3, height: \"base\", width: 900, depth: 200, bank: 1200",
+    example: "height: \"base\", width: 900, depth: 200, bank: 1200",
     ..Node::DEFAULT
 };
 

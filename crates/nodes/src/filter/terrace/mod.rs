@@ -85,7 +85,7 @@ pub static NODE: Node = Node {
     scratch: Scratch::Bytes(scratch),
     cpu: run,
     gpu: Some(&GPU),
-    example: "version: 2, height: \"base\", step: 400, sharpness: 6",
+    example: "height: \"base\", step: 400, sharpness: 6",
     ..Node::DEFAULT
 };
 

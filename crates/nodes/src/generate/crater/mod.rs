@@ -72,7 +72,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
-    example: "version: 2, diameter: 6000, smallest: 1500",
+    example: "diameter: 6000, smallest: 1500",
     ..Node::DEFAULT
 };
 

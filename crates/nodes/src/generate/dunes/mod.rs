@@ -68,7 +68,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "version: 3, wavelength: 1800, height: 110, waviness: 0.4",
+    example: "wavelength: 1800, height: 110, waviness: 0.4",
     ..Node::DEFAULT
 };
 

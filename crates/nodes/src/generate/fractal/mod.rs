@@ -87,7 +87,7 @@ pub static NODE: Node = Node {
     scratch: Scratch::Bytes(scratch),
     cpu: run,
     gpu: Some(&GPU),
-    example: "version: 2, kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
+    example: "kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
     ..Node::DEFAULT
 };
 

@@ -83,7 +83,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "version: 2, height: \"base\", slope: 2500, seed: 3",
+    example: "height: \"base\", slope: 2500, seed: 3",
     ..Node::DEFAULT
 };
 

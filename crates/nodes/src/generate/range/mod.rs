@@ -79,7 +79,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "version: 2, height: 3000, front: 3000, back: 4000, spacing: 3500, seed: 8",
+    example: "height: 3000, front: 3000, back: 4000, spacing: 3500, seed: 8",
     ..Node::DEFAULT
 };
 

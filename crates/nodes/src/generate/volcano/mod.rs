@@ -86,7 +86,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
-    example: "version: 2, centre: (7000, 9000), height: 1800",
+    example: "centre: (7000, 9000), height: 1800",
     ..Node::DEFAULT
 };
 

@@ -101,7 +101,7 @@ pub static NODE: Node = Node {
     resolution: Resolution::Cells(
         "the gradient is measured between neighbouring cells, so slopes are gentler with larger cells",
     ),
-    example: "version: 3, height: \"base\", altitude: 30, high: 2500",
+    example: "height: \"base\", altitude: 30, high: 2500",
     ..Node::DEFAULT
 };
 
