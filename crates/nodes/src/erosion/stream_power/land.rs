@@ -12,7 +12,7 @@ use orograph_graph::{
 
 use self::budget::Budget;
 use super::{
-    Inputs, Params, Receivers, Wants,
+    Inputs, Method, Params, Receivers, Wants,
     area::{Area, Heads, Scheme},
     bedrock::Bedrock,
     deposition::Transport,
@@ -23,6 +23,7 @@ use super::{
     rock::Rock,
     slides,
     tectonics::Tectonics,
+    winding::Winding,
 };
 use crate::{
     numerics::{
@@ -53,6 +54,8 @@ pub struct Land<'a> {
     /// Years that have passed.
     time_yr: f64,
     rock: Rock<'a>,
+    /// What makes rivers wind.
+    winding: Winding,
     ground: Ground,
     /// Layers of rock, where there are any.
     bedrock: Option<Bedrock<'a>>,
@@ -208,6 +211,9 @@ impl<'a> Land<'a> {
             Some(strata) => (Some(Bedrock::new(strata, inputs.uplift, inputs.repose, varied)?), None),
             None => (None, varied),
         };
+        // the analytical method has one network, and not the mean of many, so that its rivers would differ between cells
+        let winding = if params.method == Method::Analytical { 0.0 } else { params.winding };
+        let winding = Winding::new(&law, winding, params.headwater_area, seed);
         // creep that keeps pace with the headwaters over some cells, whatever the cells are
         let weakness = bedrock.as_ref().map_or(1.0, Bedrock::mean_weakness);
         let least_diffusivity = params.rounding * rock.mean(cells) * weakness * heads.power() * cell_m;
@@ -229,6 +235,7 @@ impl<'a> Land<'a> {
             tectonics: Tectonics::new(&inputs, params),
             time_yr: 0.0,
             rock,
+            winding,
             ground: Ground::new(job, params)?,
             bedrock,
             steepest,
@@ -422,7 +429,8 @@ impl<'a> Land<'a> {
 
     fn links(&self, step_yr: f64) -> Links<'_> {
         let links = Links::new(&self.law, &self.rock, &self.area, &self.tangents, self.cell_m, step_yr, self.n);
-        links.in_layers(self.bedrock.as_ref().map(|bedrock| &bedrock.weakness[..])).on_ground(&self.ground, &self.grid)
+        let links = links.in_layers(self.bedrock.as_ref().map(|bedrock| &bedrock.weakness[..]));
+        links.on_ground(&self.ground, &self.grid).of_beds(&self.winding)
     }
 
     /// Solves the law over a step, receivers first.

@@ -1,6 +1,6 @@
 //! What the law needs to know of the link from a cell to its receiver.
 
-use super::{area::Area, ground::Ground, incision::Law, rock::Rock};
+use super::{area::Area, ground::Ground, incision::Law, rock::Rock, winding::Winding};
 use crate::numerics::{
     math,
     routing::{Grid, code, receivers},
@@ -22,6 +22,8 @@ pub struct Links<'a> {
     weakness: Option<&'a [f32]>,
     /// Where slopes are rough: the ground and the cells that it lies on.
     rough: Option<(&'a Ground, &'a Grid)>,
+    /// Where rivers wind: what makes them.
+    winding: Option<&'a Winding>,
 }
 
 impl<'a> Links<'a> {
@@ -42,7 +44,7 @@ impl<'a> Links<'a> {
         });
         let bases = lengths_m.map(|row| row.map(|length_m| step_yr / math::pow(length_m, n)));
         let everywhere = rock.everywhere().map(|k| bases.map(|row| row.map(|base| law.coefficient(k * base))));
-        Self { law, rock, area, tangents, lengths_m, bases, everywhere, weakness: None, rough: None }
+        Self { law, rock, area, tangents, lengths_m, bases, everywhere, weakness: None, rough: None, winding: None }
     }
 
     /// The same links in layers of rock.
@@ -55,6 +57,12 @@ impl<'a> Links<'a> {
     #[must_use]
     pub fn on_ground(self, ground: &'a Ground, grid: &'a Grid) -> Self {
         Self { rough: (!ground.is_even()).then_some((ground, grid)), ..self }
+    }
+
+    /// The same links where rivers wind.
+    #[must_use]
+    pub fn of_beds(self, winding: &'a Winding) -> Self {
+        Self { winding: Some(winding), ..self }
     }
 
     /// How much steeper the ground makes the way of a cell to its receiver; 1 without a receiver.
@@ -97,6 +105,10 @@ impl<'a> Links<'a> {
             None => coefficient,
         };
         let coefficient = self.rock.vary(self.law, cell, coefficient);
+        let coefficient = match self.winding {
+            Some(winding) => winding.vary(self.law, cell, self.area.m2(cell), coefficient),
+            None => coefficient,
+        };
         let length_m = self.lengths_m[diagonal][along];
         if self.rough.is_none() {
             return (coefficient, length_m);

@@ -11,7 +11,7 @@ const SIDE: usize = 160;
 const CELL_M: f64 = 80.0;
 
 /// The land as it was before debris flows, floors, rounding and long waves of rock: rivers and one angle of repose.
-const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,variation=0.3,variation_size=0,\
+const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,winding=0,variation=0.3,variation_size=0,\
                       repose_variation=0";
 
 struct Look {
@@ -109,7 +109,7 @@ fn hillslopes_in_balance_have_the_headwater_slope() {
     let given = values.map(|(name, value)| (name, Field::constant(*height.window(), value)));
     let mut fields: Vec<(&str, &Field)> = given.iter().map(|(name, field)| (*name, field)).collect();
     fields.push(("height", &height));
-    let plain = "schedule=full,headwater_area=1e6,valley_width=0,roughness=0,rounding=0,variation=0,repose_variation=0,receivers=d8";
+    let plain = "schedule=full,headwater_area=1e6,valley_width=0,roughness=0,rounding=0,winding=0,variation=0,repose_variation=0,receivers=d8";
     let params = testing::with_params(&NODE, &format!("{plain},duration=5e6,time_step=1e5"));
     let found = testing::run(&NODE, &params, &fields, "height").into_samples();
     for cell in 0..40 {

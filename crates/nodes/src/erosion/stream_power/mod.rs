@@ -31,6 +31,7 @@ mod slides;
 mod tectonics;
 #[cfg(test)]
 mod tests;
+mod winding;
 
 use std::sync::Arc;
 
@@ -100,6 +101,9 @@ params! {
     roughness: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
     rounding: f64 = 0.1, One, 0.0..=100.0, soft 0..=0.5;
+    /// How much rivers wind: the variation of the erodibility from cell to cell of their beds, as the standard deviation of
+    /// its natural logarithm. With 0, rivers run straight for long stretches.
+    winding: f64 = 0.5, One, 0.0..=2.0, soft 0..=1.5;
     /// Factor on the uplift over the run: x is the time, from 0 at the start to 1 at the end.
     ///
     /// A smooth curve through the points, constant beyond them: growth, a pulse, decay.
@@ -185,7 +189,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 7,
+    version: 8,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -211,6 +215,7 @@ pub static NODE: Node = Node {
         },
         // `method: analytical` is on levels
         Migration { from: 6, steps: &[] },
+        Migration { from: 7, steps: &[Step::Keep { name: "winding", value: "0" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
