@@ -1,13 +1,6 @@
-// Creep along the lines of one direction, one invocation for each line; see crates/nodes/src/numerics/hillslope and
-// crates/nodes/src/erosion/creep/device.rs. Unknown is what cells gain in a step (`k_far` is 0), or their heights after
-// it above the reference (`k_far` is 1).
-
-/// Heights from here on are holes in the data.
-const HIGHEST: f32 = 1e15;
-const MOST_MOBILE: f32 = 1e12;
-const STEEPEST: f32 = 0.95;
-/// What a sink gives away, in metres, before it counts as land.
-const GIVEN: f32 = 1e-9;
+// Creep along rows or columns, one invocation for each line; see crates/nodes/src/numerics/hillslope and
+// crates/nodes/src/erosion/creep/device.rs. The unknowns are what cells gain in a step, or, where `k_far` is 1, their heights
+// after it above a reference, which are turned into their gains since the start.
 
 const FREE: u32 = 0u;
 const SINK: u32 = 1u;
@@ -36,24 +29,27 @@ fn place_of(line: u32, i: u32) -> u32 {
     return at(i, line);
 }
 
-fn is_ground(height: f32) -> bool { return abs(height) < HIGHEST; }
+fn is_ground(cell: u32) -> bool { return abs(read_height(cell)) < p.k_highest; }
 
 /// The height above another cell, which heights alone would round.
 fn above(a: u32, b: u32) -> f32 {
     return (read_height(a) - read_height(b)) + (moved[a] - moved[b]);
 }
 
-/// A height in the line: that of an end which keeps its height, so that the small heights above it, with which flows to
-/// it are computed, have all digits.
+/// A height in the line, in metres: that of an end which keeps its height, so that the small heights above it, with which
+/// flows to it are computed, have all digits.
 var<private> reference: f32;
 
-fn start_of(cell: u32) -> f32 { return (read_height(cell) - reference) + moved[cell]; }
+/// The height before the step above the reference; 0 in holes.
+fn start_of(cell: u32) -> f32 {
+    return select(0.0, (read_height(cell) - reference) + moved[cell], is_ground(cell));
+}
 
 fn mobility(cell: u32) -> f32 {
-    if (!is_ground(read_height(cell))) {
+    if (!is_ground(cell)) {
         return 0.0;
     }
-    return min(clamp(read_diffusivity(cell), 0.0, 1e6) * p.k_per_diffusivity, MOST_MOBILE);
+    return min(clamp(read_diffusivity(cell), 0.0, 1e6) * p.k_per_diffusivity, p.k_most_mobile);
 }
 
 /// The harmonic mean, so that nothing crosses the edge of what does not move.
@@ -65,9 +61,9 @@ fn harmonic(a: f32, b: f32) -> f32 {
 }
 
 /// The explicit share of what is c in all.
-fn explicit_of(c: f32) -> f32 { return min(0.5 * c + 1.0 / 12.0, min(c, 0.25)); }
+fn explicit_of(c: f32) -> f32 { return min(0.5 * c + 1.0 / 12.0, min(c, p.k_explicit)); }
 
-fn steepened(square: f32) -> f32 { return 1.0 / (1.0 - min(square, STEEPEST)); }
+fn steepened(square: f32) -> f32 { return 1.0 / (1.0 - min(square, p.k_steepest)); }
 
 /// The rise across the line at a cell, in metres per cell.
 fn across(line: u32, i: u32) -> f32 {
@@ -82,10 +78,10 @@ fn across(line: u32, i: u32) -> f32 {
     if (line < last || joined) {
         behind = place_of(select(line + 1u, 0u, line == last), i);
     }
-    if (!is_ground(read_height(before))) {
+    if (!is_ground(before)) {
         before = here;
     }
-    if (!is_ground(read_height(behind))) {
+    if (!is_ground(behind)) {
         behind = here;
     }
     let share = select(1.0, 0.5, before != here && behind != here);
@@ -118,7 +114,7 @@ fn face(line: u32, i: u32, j: u32, kind: u32) -> Face {
     let square = along * along + crosswise * crosswise;
     let secant = steepened(square);
     var bend = 0.0;
-    if (kind == 1u && square < STEEPEST) {
+    if (kind == 1u && square < p.k_steepest) {
         bend = 2.0 * along * along * secant * secant;
     }
     let implicit = rest * (secant + bend);
@@ -252,10 +248,17 @@ fn crossing(through: Face, line: u32, i: u32, j: u32) -> f32 {
     return through.given + through.implicit * (solved[place_of(line, i)] - solved[place_of(line, j)]);
 }
 
-/// Measures heights from that of a cell.
-fn refer_to(line: u32, i: u32) {
-    let cell = place_of(line, i);
-    reference = read_height(cell) + moved[cell];
+/// Measures heights from that of the first ground from an end of the line on.
+fn refer_to(line: u32, last: bool) {
+    let n = cells_of_line();
+    reference = 0.0;
+    for (var k = 0u; k < n; k++) {
+        let cell = place_of(line, select(k, n - 1u - k, last));
+        if (is_ground(cell)) {
+            reference = read_height(cell) + moved[cell];
+            return;
+        }
+    }
 }
 
 @compute @workgroup_size(64)
@@ -274,7 +277,7 @@ fn lines(@builtin(global_invocation_id) id: vec3<u32>) {
     if (is_fixed || n < 2u) {
         for (var i = 0u; i < n; i++) {
             let cell = place_of(line, i);
-            solved[cell] = select(0.0, start_of(cell), p.k_far != 0u);
+            solved[cell] = select(0.0, moved[cell], p.k_far != 0u);
         }
         return;
     }
@@ -284,17 +287,17 @@ fn lines(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // a sink that would give more than it gets is land, which may bring the other to give
     for (var round = 0u; round < 3u; round++) {
-        refer_to(line, select(0u, n - 1u, hold.first == FREE && hold.last != FREE));
+        refer_to(line, hold.first == FREE && hold.last != FREE);
         step_of(line, hold, is_joined);
         let both = hold.first != FREE && hold.last != FREE;
         let at_first = -crossing(first_face, line, 0u, 1u);
         if (p.k_far != 0u && both && hold.last == SINK) {
-            refer_to(line, n - 1u);
+            refer_to(line, true);
             step_of(line, hold, is_joined);
         }
         let at_last = crossing(last_face, line, n - 2u, n - 1u);
-        let first_gives = hold.first == SINK && at_first < -GIVEN;
-        let last_gives = hold.last == SINK && at_last < -GIVEN;
+        let first_gives = hold.first == SINK && at_first < -p.k_given;
+        let last_gives = hold.last == SINK && at_last < -p.k_given;
         if (first_gives || last_gives) {
             hold = Ends(select(hold.first, FREE, first_gives), select(hold.last, FREE, last_gives));
             continue;
@@ -309,7 +312,8 @@ fn lines(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     if (p.k_far != 0u) {
         for (var i = 0u; i < n; i++) {
-            solved[place_of(line, i)] += reference;
+            let cell = place_of(line, i);
+            solved[cell] = select(0.0, solved[cell] - (read_height(cell) - reference), is_ground(cell));
         }
     }
 }

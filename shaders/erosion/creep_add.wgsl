@@ -1,6 +1,6 @@
 // What cells have gained, and the terrain at the end; see crates/nodes/src/erosion/creep/device.rs.
 
-/// Adds what was solved for: a gain, or the height after the step.
+/// Takes over what was solved for: the gain in a step, or that since the start.
 @compute @workgroup_size(64)
 fn add(@builtin(global_invocation_id) id: vec3<u32>) {
     let cell = cell_of(id);
@@ -9,7 +9,7 @@ fn add(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let i = at(cell.x, cell.y);
     if (p.k_far != 0u) {
-        moved[i] = solved[i] - read_height(i);
+        moved[i] = solved[i];
     } else {
         moved[i] += solved[i];
     }

@@ -24,7 +24,7 @@ fn lean_of(before: f32, here: f32, after: f32) -> f32 {
     let sum = rise + next;
     let whole = abs(sum) * here;
     let lean = copy_sign(product * inverse(select(1e-30, whole, whole > 1e-30)), sum);
-    return select(0.0, lean, product > 0.0 && here > DRY_M);
+    return select(0.0, lean, product > 0.0 && here > p.k_dry);
 }
 
 fn lean_x(x: i32, y: u32) -> f32 {
@@ -67,7 +67,7 @@ fn north_face(x: u32, y: u32) -> Face {
 /// The discharge after a step of inertia and gravity, before friction.
 fn driven(q: f32, f: Face) -> f32 {
     let over = face(f);
-    let is_open = over.x > DRY_M && abs(over.y) < HIGHEST;
+    let is_open = over.x > p.k_dry && abs(over.y) < p.k_highest;
     let fall = clamp(over.y, -p.k_steepest, p.k_steepest);
     return select(0.0, q + p.k_push * over.x * fall, is_open);
 }
@@ -86,7 +86,7 @@ fn inverse_sixth_root(x: f32) -> f32 {
 /// The discharge after friction, limited to critical flow; `across` flows along the face.
 fn rubbed(q: f32, across: f32, f: Face) -> f32 {
     let over = face(f).x;
-    let depth = select(DRY_M, over, over > DRY_M);
+    let depth = select(p.k_dry, over, over > p.k_dry);
     let root = inverse_sixth_root(depth);
     let root2 = root * root;
     let root3 = root2 * root;
@@ -102,7 +102,7 @@ fn rubbed(q: f32, across: f32, f: Face) -> f32 {
 
 fn pipe(q: f32, f: Face) -> f32 {
     let over = face(Face(f.bed, f.water, vec2<f32>(0.0)));
-    let is_open = over.x > DRY_M && abs(over.y) < HIGHEST;
+    let is_open = over.x > p.k_dry && abs(over.y) < p.k_highest;
     let section = select(over.x, p.k_section, p.k_section > 0.0);
     return select(0.0, q * p.k_damping + p.k_push * section * over.y, is_open);
 }

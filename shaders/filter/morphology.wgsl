@@ -15,11 +15,8 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
 
 fn higher(a: f32, b: f32) -> f32 { return select(b, a, a > b); }
 
-/// The column of a place in a line; in a world that is not joined it is inside.
-fn column_of(x: i32) -> u32 {
-    let n = i32(p.nx);
-    return u32(((x % n) + n) % n);
-}
+/// The value of `line` at a column inside the row, or beyond its ends in a world that wraps.
+fn line_at(x: i32, y: u32) -> f32 { return line[at(u32(cell_in_line(x, p.nx, true)), y)]; }
 
 /// Lines of the disc that two of the length `k_span` cover. Beside the sides of the world they are shorter.
 @compute @workgroup_size(64)
@@ -34,20 +31,17 @@ fn raise(@builtin(global_invocation_id) id: vec3<u32>) {
         let half = halves[abs(shift)];
         var first = x - half;
         var last = x + half;
-        var row = i32(cell.y) + shift;
+        let row = cell_in_line(i32(cell.y) + shift, p.ny, p.k_wraps_y != 0u);
         if (p.k_wraps_x == 0u) {
             first = max(first, 0);
             last = min(last, i32(p.nx) - 1);
         }
-        if (p.k_wraps_y != 0u) {
-            row = ((row % i32(p.ny)) + i32(p.ny)) % i32(p.ny);
-        }
         let length = last - first + 1;
-        if (row < 0 || row >= i32(p.ny) || length < p.k_span || length >= 2 * p.k_span) {
+        if (row < 0 || length < p.k_span || length >= 2 * p.k_span) {
             continue;
         }
-        high = higher(line[at(column_of(first), u32(row))], high);
-        high = higher(line[at(column_of(last + 1 - p.k_span), u32(row))], high);
+        high = higher(line_at(first, u32(row)), high);
+        high = higher(line_at(last + 1 - p.k_span, u32(row)), high);
     }
     best[at(cell.x, cell.y)] = high;
 }
@@ -59,10 +53,10 @@ fn double(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = at(cell.x, cell.y);
-    let beyond = i32(cell.x) + p.k_span;
+    let beyond = cell_in_line(i32(cell.x) + p.k_span, p.nx, p.k_wraps_x != 0u);
     var high = line[i];
-    if (beyond < i32(p.nx) || p.k_wraps_x != 0u) {
-        high = higher(line[at(column_of(beyond), cell.y)], high);
+    if (beyond >= 0) {
+        high = higher(line[at(u32(beyond), cell.y)], high);
     }
     next[i] = high;
 }

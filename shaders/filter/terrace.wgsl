@@ -41,7 +41,7 @@ fn uneven_riser(rest: f32, sharpness: f32, index: f32, noises: vec3<f32>) -> f32
 
 /// The limit below a step of an index, in steps.
 fn limit_of(index: f32) -> f32 {
-    return index + 0.36 * p.variation * (2.0 * draw_of(index, 0u) - 1.0);
+    return index + p.k_limits * p.variation * (2.0 * draw_of(index, 0u) - 1.0);
 }
 
 /// The new position of the height `u` among even steps, both in steps.
@@ -50,7 +50,7 @@ fn even(u: f32, noises: vec3<f32>) -> f32 {
         let tread = floor(u);
         return tread + riser(u - tread, p.sharpness, p.sharpness);
     }
-    let dip = 0.5 * p.variation * noises.x;
+    let dip = p.k_dip * p.variation * noises.x;
     let v = u + dip;
     let whole = floor(v);
     var index = whole;

@@ -2,18 +2,6 @@
 // columns; pairs of rows become the real and the imaginary part of one, which is transformed along. Hashes and phases equal
 // those of the CPU bit for bit, as they are integers.
 
-fn spot_of(id: vec3<u32>) -> vec2<u32> { return vec2<u32>(id.x, id.y + id.z * 32768u); }
-
-/// A bijective 32-bit mixing function (C. Wellons, 2018, "lowbias32").
-fn mix_bits(v: u32) -> u32 {
-    var x = v;
-    x ^= x >> 16u;
-    x *= 0x7feb352du;
-    x ^= x >> 15u;
-    x *= 0x846ca68bu;
-    return x ^ (x >> 16u);
-}
-
 /// Cosine and sine of an angle in 2³²nds of a turn.
 fn turn(angle: u32) -> vec2<f32> {
     let quarters = (angle + (1u << 29u)) >> 30u;
@@ -48,7 +36,7 @@ fn root_of(east: f32, south: f32) -> f32 {
 /// The waves of a chunk of columns: of two that are mirror images only one, with half the amplitude of both.
 @compute @workgroup_size(64)
 fn draw(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (spot.x >= p.k_count || spot.y >= p.k_down) {
         return;
     }
@@ -65,9 +53,9 @@ fn draw(@builtin(global_invocation_id) id: vec3<u32>) {
         let below = p.k_fade - (across * across + down * down);
         let kept = smooth_step(below * p.k_per_fade);
         let height = p.k_scale * root_of(bitcast<f32>(east_of.x), sense * bitcast<f32>(south_of.x)) * kept;
-        let row = mix_bits(u32(south) * 0xd8163841u + p.seed);
+        let row = hash_row(south, p.seed);
         let phase = east_of.z + select(south_of.z, south_of.w, south < 0);
-        v = height * of_key(mix_bits(column * 0x8da6b343u + row), phase);
+        v = height * of_key(hash_point(i32(column), row), phase);
     }
     columns[spot.y * p.k_count + spot.x] = v;
 }
@@ -75,7 +63,7 @@ fn draw(@builtin(global_invocation_id) id: vec3<u32>) {
 /// Places the columns of a chunk in pairs of rows, each wave together with its mirror image.
 @compute @workgroup_size(64)
 fn pair(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (spot.x >= p.k_count || spot.y >= p.k_pairs) {
         return;
     }
@@ -99,7 +87,7 @@ fn pair(@builtin(global_invocation_id) id: vec3<u32>) {
 /// Takes the pairs of rows apart.
 @compute @workgroup_size(64)
 fn apart(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (spot.x >= p.nx || spot.y >= p.k_pairs) {
         return;
     }

@@ -1,5 +1,5 @@
 // The raster of crates/nodes/src/numerics/routing (`grid`, `code`): neighbours in the order E, NE, N, NW, W, SW, S, SE, and
-// receivers as their number, `PIT` where water stays, `OUTLET` where it leaves the world.
+// receivers as their number, `PIT` where water stays, `OUTLET` where it leaves the world. It needs shaders/lib/lines.
 
 const NOWHERE: u32 = 0xffffffffu;
 const PIT: u32 = 32u;
@@ -9,20 +9,12 @@ const SIDE_CLOSED: u32 = 0u;
 const SIDE_BASE: u32 = 1u;
 const SIDE_OPEN: u32 = 2u;
 
-/// A column or row from 0 to `count` - 1, or -1 where there is none.
-fn along_side(to: i32, count: u32, wraps: u32) -> i32 {
-    if (to >= 0 && to < i32(count)) {
-        return to;
-    }
-    return select(-1, select(to - i32(count), to + i32(count), to < 0), wraps != 0u);
-}
-
 /// The index of a neighbour, or `NOWHERE`.
 fn beside(cell: vec2<u32>, way: u32) -> u32 {
     let dx = select(select(0, -1, way >= 3u && way <= 5u), 1, way <= 1u || way == 7u);
     let dy = select(select(0, 1, way >= 5u), -1, way >= 1u && way <= 3u);
-    let x = along_side(i32(cell.x) + dx, p.nx, p.k_wrap_x);
-    let y = along_side(i32(cell.y) + dy, p.ny, p.k_wrap_y);
+    let x = cell_in_line(i32(cell.x) + dx, p.nx, p.k_wrap_x != 0u);
+    let y = cell_in_line(i32(cell.y) + dy, p.ny, p.k_wrap_y != 0u);
     if (x < 0 || y < 0) {
         return NOWHERE;
     }

@@ -1,6 +1,6 @@
 // Fourier transforms of lines of complex numbers in single precision, for crates/nodes/src/numerics/fourier/device.rs: the
-// algorithm of T. G. Stockham (1966), which sorts as it goes. Each pass combines transforms of `k_part` places to ones that
-// are `k_radix` times as long. Invocations that are side by side have adjacent numbers, whichever way the lines run.
+// algorithm of T. G. Stockham (1966), which leaves the result in natural order. A pass of `by_2` to `by_8` combines that many
+// transforms of `k_part` places to one. Adjacent invocations have adjacent numbers, whether lines are rows or columns.
 
 /// A line, and one of the numbers that count along it.
 struct Spot {
@@ -10,11 +10,11 @@ struct Spot {
 
 /// What an invocation of `along` numbers for each line does.
 fn spot_of(id: vec3<u32>) -> Spot {
-    let second = id.y + id.z * 32768u;
+    let place = cell_of(id);
     if (p.k_down != 0u) {
-        return Spot(id.x, second);
+        return Spot(place.x, place.y);
     }
-    return Spot(second, id.x);
+    return Spot(place.y, place.x);
 }
 
 fn is_beyond(spot: Spot, along: u32) -> bool { return spot.line >= p.k_lines || spot.along >= along; }

@@ -1,4 +1,5 @@
-// The tangent of the horizon's elevation angle in one direction; see crates/nodes/src/numerics/horizon.
+// The tangent of the horizon's elevation angle in one direction; see crates/nodes/src/numerics/horizon. It needs
+// shaders/lib/lines.
 
 /// A sample along the direction: two adjacent cells of one of the bound rasters, and the position between them.
 struct Look {
@@ -9,15 +10,6 @@ struct Look {
     second_y: i32,
     share: f32,
     per_m: f32,
-}
-
-/// The cell of a line of `count` cells at a place, which a periodic line repeats; -1 beyond the ends of others.
-fn cell_in_line(v: i32, count: u32, wraps: u32) -> i32 {
-    let n = i32(count);
-    if (wraps != 0u) {
-        return ((v % n) + n) % n;
-    }
-    return select(-1, v, v >= 0 && v < n);
 }
 
 fn land_at(land: u32, i: u32) -> f32 {
@@ -45,17 +37,17 @@ fn look(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     for (var k = p.k_first; k < p.k_end; k++) {
         let look = looks[k];
-        let first_x = cell_in_line(x + look.first_x, p.nx, p.k_wraps_x);
-        let first_y = cell_in_line(y + look.first_y, p.ny, p.k_wraps_y);
-        let second_x = cell_in_line(x + look.second_x, p.nx, p.k_wraps_x);
-        let second_y = cell_in_line(y + look.second_y, p.ny, p.k_wraps_y);
+        let first_x = cell_in_line(x + look.first_x, p.nx, p.k_wraps_x != 0u);
+        let first_y = cell_in_line(y + look.first_y, p.ny, p.k_wraps_y != 0u);
+        let second_x = cell_in_line(x + look.second_x, p.nx, p.k_wraps_x != 0u);
+        let second_y = cell_in_line(y + look.second_y, p.ny, p.k_wraps_y != 0u);
         if (min(min(first_x, first_y), min(second_x, second_y)) < 0) {
             continue;
         }
         let first = land_at(look.land, at(u32(first_x), u32(first_y)));
         let second = land_at(look.land, at(u32(second_x), u32(second_y)));
         let height = first + (second - first) * look.share;
-        tangent = max(tangent, min((height - here) * look.per_m, 1e15));
+        tangent = max(tangent, min((height - here) * look.per_m, p.k_steepest));
     }
     tangents[i] = tangent;
 }

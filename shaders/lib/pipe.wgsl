@@ -5,11 +5,9 @@ const SIDE_OPEN: u32 = 0u;
 const SIDE_BASE: u32 = 1u;
 const SIDE_WALL: u32 = 2u;
 const SIDE_JOINED: u32 = 3u;
-const HIGHEST: f32 = 1e15;
 const HOLE: f32 = 1e30;
-const DRY_M: f32 = 1e-4;
 
-fn is_hole(v: f32) -> bool { return !(abs(v) < HIGHEST); }
+fn is_hole(v: f32) -> bool { return !(abs(v) < p.k_highest); }
 
 fn least(a: f32, b: f32) -> f32 { return select(b, a, a < b); }
 

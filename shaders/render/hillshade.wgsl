@@ -1,7 +1,5 @@
 // One plane of the elevation tints under light; see crates/nodes/src/render/hillshade.
 
-const STEPS: u32 = 256u;
-
 /// The tint of an elevation: from the table of water, or that of land, which follows it.
 fn tint_of(height: f32) -> f32 {
     if (p.tints == 0u) {
@@ -9,9 +7,9 @@ fn tint_of(height: f32) -> f32 {
     }
     let wet = height < p.k_sea_m;
     let above = select(height - p.k_low_m, p.k_sea_m - height, wet);
-    let place = clamp(above * p.k_per_m, 0.0, 1.0) * f32(STEPS - 1u);
-    let step = min(u32(place), STEPS - 2u);
-    let base = select(STEPS, 0u, wet) + step;
+    let place = clamp(above * p.k_per_m, 0.0, 1.0) * f32(p.k_steps - 1u);
+    let step = min(u32(place), p.k_steps - 2u);
+    let base = select(p.k_steps, 0u, wet) + step;
     let a = tint_table[3u * base + p.k_plane];
     let b = tint_table[3u * base + 3u + p.k_plane];
     return a + (b - a) * (place - f32(step));

@@ -8,8 +8,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let gradient = horn(cell);
     let south_scale = select(-p.exaggeration, p.exaggeration, p.convention == CONVENTION_OPENGL);
-    let x = clamp(-gradient.x * p.exaggeration, -1e15, 1e15);
-    let y = clamp(gradient.y * south_scale, -1e15, 1e15);
+    let x = clamp(-gradient.x * p.exaggeration, -p.k_steepest, p.k_steepest);
+    let y = clamp(gradient.y * south_scale, -p.k_steepest, p.k_steepest);
     let length_of = sqrt(1.0 + (x * x + y * y));
     let i = at(cell.x, cell.y);
     out_normal[i] = checked(x / length_of);

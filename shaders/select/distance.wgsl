@@ -15,11 +15,11 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 fn reached(x: u32, y: i32) -> u32 {
-    let n = i32(p.ny);
-    if (p.k_wraps_y == 0u && (y < 0 || y >= n)) {
+    let row = cell_in_line(y, p.ny, p.k_wraps_y != 0u);
+    if (row < 0) {
         return FAR;
     }
-    let found = column[at(x, u32(((y % n) + n) % n))];
+    let found = column[at(x, u32(row))];
     return select(found + p.k_step, FAR, found >= FAR - p.k_step);
 }
 
@@ -38,11 +38,11 @@ fn step_on(@builtin(global_invocation_id) id: vec3<u32>) {
 
 /// The square of the distance through a column of the row.
 fn through(x: i32, y: u32, square: u32) -> u32 {
-    let n = i32(p.nx);
-    if (p.k_wraps_x == 0u && (x < 0 || x >= n)) {
+    let place = cell_in_line(x, p.nx, p.k_wraps_x != 0u);
+    if (place < 0) {
         return FAR;
     }
-    let along = column[at(u32(((x % n) + n) % n), y)];
+    let along = column[at(u32(place), y)];
     if (along > p.k_limit) {
         return FAR;
     }

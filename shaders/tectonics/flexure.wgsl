@@ -1,8 +1,6 @@
 // The plate of crates/nodes/src/tectonics/flexure.rs in single precision: means of the load on coarser cells, by halves; a
 // convolution of a square grid, whose real and imaginary parts are exchanged for the transform back; a cubic interpolation.
 
-fn spot_of(id: vec3<u32>) -> vec2<u32> { return vec2<u32>(id.x, id.y + id.z * 32768u); }
-
 /// Whether there is a finer cell, of `k_wide` columns and `k_high` rows; beyond them the load is 0.
 fn is_inside(spot: vec2<u32>) -> bool { return spot.x < p.k_wide && spot.y < p.k_high; }
 
@@ -26,7 +24,7 @@ fn index_of_half(spot: vec2<u32>) -> u32 { return spot.y * ((p.k_wide + 1u) / 2u
 
 @compute @workgroup_size(64)
 fn halve_load(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (is_beyond_halves(spot)) {
         return;
     }
@@ -38,7 +36,7 @@ fn halve_load(@builtin(global_invocation_id) id: vec3<u32>) {
 
 @compute @workgroup_size(64)
 fn halve_means(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (is_beyond_halves(spot)) {
         return;
     }
@@ -51,7 +49,7 @@ fn halve_means(@builtin(global_invocation_id) id: vec3<u32>) {
 /// The load in the corner of a grid of zeros.
 @compute @workgroup_size(64)
 fn place_load(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (spot.x < p.k_side && spot.y < p.k_side) {
         grid[spot.y * p.k_side + spot.x] = vec2<f32>(load_at(spot), 0.0);
     }
@@ -59,7 +57,7 @@ fn place_load(@builtin(global_invocation_id) id: vec3<u32>) {
 
 @compute @workgroup_size(64)
 fn place_means(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (spot.x < p.k_side && spot.y < p.k_side) {
         grid[spot.y * p.k_side + spot.x] = vec2<f32>(mean_at(spot), 0.0);
     }
@@ -72,7 +70,7 @@ fn waves(place: u32) -> f32 {
 
 @compute @workgroup_size(64)
 fn respond(@builtin(global_invocation_id) id: vec3<u32>) {
-    let spot = spot_of(id);
+    let spot = cell_of(id);
     if (spot.x >= p.k_side || spot.y >= p.k_side) {
         return;
     }
@@ -82,16 +80,6 @@ fn respond(@builtin(global_invocation_id) id: vec3<u32>) {
     let stiff = min((m * m + n * n) * p.k_stiff, 1e18);
     let i = spot.y * p.k_side + spot.x;
     grid[i] = grid[i].yx * (p.k_local / (1.0 + stiff * stiff));
-}
-
-/// The weights of four neighbours (E. Catmull and R. Rom, 1974).
-fn catmull_rom(t: f32) -> vec4<f32> {
-    return vec4<f32>(
-        0.5 * t * (t * (2.0 - t) - 1.0),
-        0.5 * (t * t * (3.0 * t - 5.0) + 2.0),
-        0.5 * t * (t * (4.0 - 3.0 * t) + 1.0),
-        0.5 * t * t * (t - 1.0),
-    );
 }
 
 /// The first of four neighbours on the grid, which wraps, and the way from the second to the third.

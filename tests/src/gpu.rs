@@ -5,7 +5,9 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use orograph_graph::{Backend as _, Field, InputValue, Node, NodeError, Value, Wanted, Window, gpu::Tolerance};
+use orograph_graph::{
+    Backend as _, Field, InputValue, Node, NodeError, Outputs, Value, Wanted, Window, gpu::Tolerance,
+};
 use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
 
 use crate::run::Case;
@@ -96,11 +98,21 @@ pub fn run(
     inputs: &[InputValue],
     window: Window,
     wanted: Wanted,
-) -> Result<orograph_graph::Outputs, NodeError> {
+) -> Result<Outputs, NodeError> {
     let mut job = case.job(inputs.to_vec(), window);
     job.wanted = wanted;
     let ran = gpu.run(case.kind(), &job)?;
     Ok(ran.unwrap_or_else(|| panic!("{} {}: {:?}", case.kind().id, case.name, job.warnings.take())))
+}
+
+/// Removes and returns a raster from outputs, and brings it to the host.
+///
+/// # Panics
+/// When there is none of that name, or the device does not give it back.
+pub fn field(outputs: &mut Outputs, name: &str) -> Field {
+    let value = outputs.take(name).expect("an output");
+    value.fetch().expect("the device gives it back");
+    value.as_field().expect("a raster").clone()
 }
 
 /// The largest magnitude of samples.

@@ -75,6 +75,12 @@ impl NodeError {
     }
 }
 
+impl From<DeviceError> for NodeError {
+    fn from(DeviceError(message): DeviceError) -> Self {
+        Self::failed(message)
+    }
+}
+
 /// Warnings of a kernel about results that may not be what the user intended: each text once, in order.
 #[derive(Debug, Default)]
 pub struct Warnings(Mutex<Vec<String>>);
@@ -103,6 +109,25 @@ pub enum InputValue {
     Constant(f64),
     /// Nothing.
     Absent,
+}
+
+impl InputValue {
+    /// Returns true if a wire gives a value for each cell, lines or the like, rather than one number or nothing.
+    #[must_use]
+    pub const fn is_wired(&self) -> bool {
+        matches!(self, Self::Value(_))
+    }
+
+    /// Brings a value that is on a device to the host.
+    ///
+    /// # Errors
+    /// When the device does not give it back.
+    pub fn fetch(&self) -> Result<(), DeviceError> {
+        match self {
+            Self::Value(value) => value.fetch(),
+            Self::Constant(_) | Self::Absent => Ok(()),
+        }
+    }
 }
 
 /// The named results of a kernel, and its state for the next finer level if that is wanted.
@@ -294,13 +319,20 @@ impl Job<'_> {
             OutputType::Fixed(ty) => ty.planes().unwrap_or(0),
             OutputType::Chosen(of) => of(self.params).planes().unwrap_or(0),
             OutputType::SameAs(name) => {
-                let at = self.node.inputs.iter().position(|input| input.name == name);
-                match at.and_then(|at| self.inputs.get(at)) {
-                    Some(InputValue::Value(Value::Field(field))) => field.planes(),
-                    _ => 1,
+                if let Some(InputValue::Value(Value::Field(field))) = self.input(name) {
+                    field.planes()
+                } else {
+                    1
                 }
             }
         }
+    }
+
+    /// The value of the input of that name. Returns None if the node declares no such input.
+    #[must_use]
+    pub fn input(&self, name: &str) -> Option<&InputValue> {
+        let mut inputs = self.node.inputs.iter().zip(&self.inputs);
+        inputs.find(|(input, _)| input.name == name).map(|(_, value)| value)
     }
 
     /// Side of a cell in metres.

@@ -14,7 +14,9 @@ pub(crate) const MATH: &str = wgsl!("lib/math");
 pub(crate) const GRADIENT: &str = wgsl!("lib/gradient");
 /// The edges of a range; it needs [`MATH`].
 pub(crate) const WITHIN: &str = wgsl!("lib/within");
-/// Lattice noise.
+/// Hashes of integers.
+pub(crate) const HASH: &str = wgsl!("lib/hash");
+/// Lattice noise; it needs [`HASH`].
 pub(crate) const LATTICE: &str = wgsl!("lib/lattice");
 /// Lines beyond their ends.
 pub(crate) const LINES: &str = wgsl!("lib/lines");
@@ -26,9 +28,9 @@ pub(crate) const PIPE: &str = wgsl!("lib/pipe");
 pub(crate) const PIPE_FACES: &str = wgsl!("lib/pipe_faces");
 /// Bed and water beyond the sides; it needs [`PIPE`].
 pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");
-/// Neighbours and receivers on a raster.
+/// Neighbours and receivers on a raster; it needs [`LINES`].
 pub(crate) const FLOW: &str = wgsl!("lib/flow");
-/// Horizons in one direction.
+/// Horizons in one direction; it needs [`LINES`].
 pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
 /// The hidden part of the sky, by horizons.
 pub(crate) const SKY: &str = wgsl!("lib/sky");

@@ -4,7 +4,7 @@ use orograph_graph::{Boundary, Edge, Field, InputValue, ParamValue, Wanted, Wind
 use orograph_nodes::gpu::GpuOptions;
 use orograph_tests::{
     Case, example,
-    gpu::{open, run},
+    gpu::{field, open, run},
     inputs, set,
 };
 
@@ -47,12 +47,6 @@ fn worlds() -> Vec<World> {
         world(90, 100, gate),
         world(3, 200, base),
     ]
-}
-
-fn field(outputs: &mut orograph_graph::Outputs, name: &str) -> Field {
-    let value = outputs.take(name).expect("an output");
-    value.fetch().expect("the device gives it back");
-    value.as_field().expect("a raster").clone()
 }
 
 /// The greatest relative difference of two planes, infinite if one of the samples is not finite.

@@ -1,5 +1,6 @@
 //! The GPU backend: shaders without a device, and on one the parity of every kernel with the CPU. See `docs/gpu.md`.
 
+mod creep;
 mod drainage;
 mod live;
 mod parity;

@@ -4,7 +4,7 @@ use orograph_graph::{Field, InputValue, ParamValue, Report, Value, Wanted, Windo
 use orograph_nodes::gpu::GpuOptions;
 use orograph_tests::{
     Case, example,
-    gpu::{open, run},
+    gpu::{field, open, run},
     inputs,
 };
 
@@ -23,12 +23,6 @@ fn storm(changes: &[(&'static str, ParamValue)]) -> Case {
         params.set(name, value.clone());
     }
     case
-}
-
-fn field(outputs: &mut orograph_graph::Outputs, name: &str) -> Field {
-    let value = outputs.take(name).expect("an output");
-    value.fetch().expect("the device gives it back");
-    value.as_field().expect("a raster").clone()
 }
 
 fn report(outputs: &mut orograph_graph::Outputs) -> Report {

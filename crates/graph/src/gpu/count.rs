@@ -14,8 +14,8 @@ use crate::{
 pub struct Work {
     /// Passes: dispatches, if the window fits a binding and the device is not busy for long.
     pub passes: u64,
-    /// Bytes per cell that the passes read and write, each raster once in each pass; in passes over workgroups each
-    /// buffer that is named.
+    /// Bytes per cell that the passes read and write, each raster once in each pass; in other passes each buffer that
+    /// is named.
     pub bytes: u64,
     /// The least number of bytes per cell that any kernel must move: each raster that is wired to an input and each wanted
     /// output, once.
@@ -31,7 +31,7 @@ pub struct Count<'a> {
     job: &'a Job<'a>,
     work: Work,
     sizes: Vec<Size>,
-    /// Bytes that passes over workgroups read and write, and bytes of buffers of words.
+    /// Bytes that passes read and write which are not over cells, and bytes of buffers of words.
     words: [u64; 2],
     answer: u32,
 }
@@ -65,10 +65,7 @@ impl<'a> Count<'a> {
     /// Returns true if a raster is bound to a slot, rather than a number, a table or nothing.
     fn is_raster(&self, pass: &Pass<'_>, slot: &Slot) -> bool {
         let node = self.job.node;
-        let is_wired = |name: &str| {
-            let inputs = node.inputs.iter().zip(&self.job.inputs);
-            inputs.into_iter().any(|(input, value)| input.name == name && matches!(value, InputValue::Value(_)))
-        };
+        let is_wired = |name: &str| self.job.input(name).is_some_and(InputValue::is_wired);
         let is_wanted = |name: &str| node.output_index(name).is_some_and(|output| self.job.wanted.contains(output));
         match (pass.bound(slot), slot.role) {
             (Some(Bind::Input(name, _)), _) => is_wired(name),
@@ -119,7 +116,7 @@ impl Recorder for Count<'_> {
             Over::Cells(_) => {
                 self.work.bytes += slots.filter(|slot| self.is_raster(pass, slot)).map(moved).sum::<u64>()
             }
-            Over::Groups(_) => {
+            Over::Array(_) | Over::Groups(_) => {
                 let cells = self.job.window.len() as u64;
                 let size = |slot: &Slot| match pass.bound(slot) {
                     Some(Bind::Scratch(id)) => match self.sizes.get(id.0) {

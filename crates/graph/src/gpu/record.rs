@@ -107,7 +107,10 @@ pub enum Over {
     /// One for each cell of the window, in workgroups of [`WORKGROUP`](super::WORKGROUP) along rows. An executor may
     /// divide it into bands of rows.
     Cells(Rows),
-    /// A number of workgroups along each axis.
+    /// One for each place of an array of so many columns and rows, in workgroups as over cells. An executor may divide it
+    /// into bands of rows; buffers are bound as a whole.
+    Array([u32; 2]),
+    /// A number of workgroups along each axis, as one dispatch.
     Groups([u32; 3]),
 }
 

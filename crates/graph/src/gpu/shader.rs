@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::record::Scalar;
 use crate::{
-    job::{InputValue, Job},
+    job::Job,
     node::Node,
     param::{Kind, ParamSpec, ParamValue},
     world::Window,
@@ -170,7 +170,7 @@ const COMMON: &str = "\
 /// Index of a cell of the window in the bound buffers.
 fn at(x: u32, y: u32) -> u32 { return (y - p.first) * p.nx + x; }
 
-/// The cell of an invocation.
+/// The cell of an invocation, or its place in an array.
 fn cell_of(id: vec3<u32>) -> vec2<u32> { return vec2<u32>(id.x, id.y + p.row); }
 
 /// Whether an invocation has no cell.
@@ -255,7 +255,7 @@ impl Shader {
         for spec in job.node.specs() {
             words.extend(words_of(&spec, job));
         }
-        words.extend(job.inputs.iter().map(|input| u32::from(matches!(input, InputValue::Value(_)))));
+        words.extend(job.inputs.iter().map(|input| u32::from(input.is_wired())));
         words.extend((0..job.node.outputs.len()).map(|output| u32::from(job.wanted.contains(output))));
         for (name, number) in self.values {
             let given = values.iter().find(|(given, _)| given == name);

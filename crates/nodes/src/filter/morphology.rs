@@ -80,7 +80,7 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "filter/morphology",
     source: wgsl!("filter/morphology"),
-    library: &[wgsl::MATH],
+    library: &[wgsl::MATH, wgsl::LINES],
     values: &[
         ("k_sign", Number::F32),
         ("k_span", Number::I32),

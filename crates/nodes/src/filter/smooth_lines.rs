@@ -3,7 +3,10 @@
 use orograph_graph::{Line, Lines, Vertex};
 
 use crate::{
-    numerics::{along::averaged, cover},
+    numerics::{
+        along::{averaged, distance, evenly},
+        cover,
+    },
     prelude::*,
 };
 
@@ -57,19 +60,21 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         job.check()?;
         Ok(params.smoothed(line, whole / MOST))
     });
-    let smoothed = Lines { lines: smoothed.collect::<Result<_, NodeError>>()?, ..lines.clone() };
+    let smoothed = smoothed.collect::<Result<_, NodeError>>()?;
+    // areas are those of the water surfaces, which do not change with how finely their shores are drawn
+    let smoothed = Lines { lines: smoothed, areas: lines.areas.clone(), draped: lines.draped };
     let mask = wants.mask.then(|| cover::draw(job, &smoothed)).transpose()?;
     Ok(Given { lines: wants.lines.then_some(smoothed), mask: mask.map(|mask| Field::new(job.window(), mask)) }.into())
 }
 
 /// The length of a line in metres.
 fn length(vertices: &[Vertex]) -> f64 {
-    vertices.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum()
+    lengths(vertices).sum()
 }
 
-fn distance(from: &Vertex, to: &Vertex) -> f64 {
-    let [x, y] = [0, 1].map(|axis| to.position_m[axis] - from.position_m[axis]);
-    (x * x + y * y).sqrt()
+/// The lengths of its pieces in metres.
+fn lengths(vertices: &[Vertex]) -> impl Iterator<Item = f64> {
+    vertices.windows(2).map(|pair| distance(pair[0].position_m, pair[1].position_m))
 }
 
 impl Params {
@@ -82,7 +87,7 @@ impl Params {
             let count = (whole / spacing_m).ceil();
             let side = (SIDE * kernel_m * count / whole).round();
             // a line without length has no count
-            (side >= 1.0).then(|| (even(&line.vertices, whole, count as usize), side as usize))
+            (side >= 1.0).then(|| (even(&line.vertices, count as usize), side as usize))
         };
         let mut vertices = line.vertices.clone();
         if let Some((even, side)) = resampled(self.course) {
@@ -112,7 +117,7 @@ impl Params {
                 };
             }
         }
-        Line { vertices, ..line.clone() }
+        Line { order: line.order, downstream: line.downstream, vertices }
     }
 }
 
@@ -120,29 +125,19 @@ impl Params {
 fn shares(vertices: &[Vertex]) -> Vec<f64> {
     let whole = length(vertices);
     let mut way = 0.0;
-    let steps = vertices.windows(2).map(|pair| {
-        way += distance(&pair[0], &pair[1]);
+    let steps = lengths(vertices).map(|length| {
+        way += length;
         if whole > 0.0 { (way / whole).min(1.0) } else { 0.0 }
     });
     std::iter::once(0.0).chain(steps).collect()
 }
 
 /// Brings a line to `count` pieces of the same length.
-fn even(vertices: &[Vertex], whole: f64, count: usize) -> Vec<Vertex> {
-    let mut even = Vec::with_capacity(count + 1);
-    let (mut at, mut before) = (0, 0.0);
-    for k in 0..count {
-        let way = whole * k as f64 / count as f64;
-        let mut long = distance(&vertices[at], &vertices[at + 1]);
-        while way > before + long && at + 2 < vertices.len() {
-            (at, before) = (at + 1, before + long);
-            long = distance(&vertices[at], &vertices[at + 1]);
-        }
-        let share = if long > 0.0 { ((way - before) / long).clamp(0.0, 1.0) } else { 0.0 };
-        even.push(vertices[at].towards(&vertices[at + 1], share));
-    }
-    even.extend(vertices.last());
-    even
+fn even(vertices: &[Vertex], count: usize) -> Vec<Vertex> {
+    let lengths: Vec<f64> = lengths(vertices).collect();
+    let places = evenly(&lengths, count).take(count);
+    let even = places.map(|place| vertices[place.piece].towards(&vertices[place.piece + 1], place.t));
+    even.chain(vertices.last().copied()).collect()
 }
 
 /// Replaces a number of each point of a line by its average. The ends of an open line do not change.
@@ -227,10 +222,8 @@ mod tests {
         let vertices = &round.lines[0].vertices;
         assert_eq!(vertices.first().map(|v| v.position_m), vertices.last().map(|v| v.position_m));
         // each corner is cut alike, the first one too
-        let nearest = |corner: &[f64; 2]| {
-            let corner = Vertex { position_m: *corner, ..Vertex::default() };
-            vertices.iter().map(|v| distance(v, &corner)).fold(f64::INFINITY, f64::min)
-        };
+        let nearest =
+            |corner: &[f64; 2]| vertices.iter().map(|v| distance(v.position_m, *corner)).fold(f64::INFINITY, f64::min);
         let cuts: Vec<f64> = corners.iter().map(nearest).collect();
         assert!(cuts.iter().all(|cut| *cut > 30.0 && (cut - cuts[0]).abs() < 4.0), "{cuts:?}");
         assert!(round.draped);

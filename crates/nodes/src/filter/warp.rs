@@ -92,7 +92,7 @@ const SALTS: [u32; 3] = [0x2c1b_3c6d, 0x297a_2d39, 0x61c8_8647];
 static DISPLACE: Shader = Shader {
     name: "filter/warp_displace",
     source: wgsl!("filter/warp_displace"),
-    library: &[wgsl::LATTICE],
+    library: &[wgsl::HASH, wgsl::LATTICE],
     values: &[("k_count", Number::U32), ("k_per_cell", Number::F32)],
     slots: &[
         Slot::words("octaves_of", "Octave"),
@@ -118,7 +118,8 @@ static TAKE: Shader = Shader {
     ],
 };
 
-/// Displacements beyond which single precision does not resolve places to a hundredth of a cell of ten metres.
+/// The largest displacement in metres that keeps to the tolerance. Both kernels round it to single precision, by about 1e-7
+/// of it: a centimetre, which on a slope of 45° is 1e-5 of a relief of a kilometre.
 const FAR_M: f64 = 1e5;
 
 static GPU: GpuKernel = GpuKernel {

@@ -90,7 +90,7 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "generate/noise",
     source: wgsl!("generate/noise"),
-    library: &[wgsl::LATTICE],
+    library: &[wgsl::HASH, wgsl::LATTICE],
     values: &[("count", Number::U32), ("start", Number::F32), ("near_part", Number::F32), ("second_part", Number::F32)],
     slots: &[Slot::words("octaves_of", "Octave"), Slot::words("directions", "f32"), Slot::output("height")],
 };

@@ -124,7 +124,7 @@ mod tests {
 
     use super::*;
     use crate::numerics::math::smoothstep;
-    use crate::numerics::strokes::{curve, distance};
+    use crate::numerics::{along::distance, strokes::curve};
     use crate::testing::{at_every_level, field, outputs_on, reach_m, run as result, run_in, with_params, world};
 
     fn stroke(tool: Tool, radius: f64, strength: f64, points: &[[f64; 2]]) -> Stroke {

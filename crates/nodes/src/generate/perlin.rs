@@ -41,7 +41,7 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "generate/perlin",
     source: wgsl!("generate/perlin"),
-    library: &[wgsl::LATTICE],
+    library: &[wgsl::HASH, wgsl::LATTICE],
     values: &[("count", Number::U32), ("basis", Number::U32)],
     slots: &[Slot::words("octaves_of", "Octave"), Slot::output("height")],
 };

@@ -60,7 +60,7 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "generate/ridged",
     source: wgsl!("generate/ridged"),
-    library: &[wgsl::MATH, wgsl::LATTICE],
+    library: &[wgsl::MATH, wgsl::HASH, wgsl::LATTICE],
     values: &[
         ("count", Number::U32),
         ("basis", Number::U32),

@@ -12,6 +12,11 @@ use orograph_graph::{
 
 use super::{Adapter, lock};
 
+/// The largest binding that kernels use, whatever the device has. Shaders number cells by whole numbers of 32 bits, and
+/// the passes of `hydrology/flow_pass` have three bits more in the same word, so that a raster has less than 2^29 cells.
+const MOST_BINDING: u64 = (1 << 31) - 4;
+const _: () = assert!((MOST_BINDING / 4) << 3 <= u32::MAX as u64, "the number of a cell and three bits fit a word");
+
 /// Why a kernel does not run on a device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Trouble {
@@ -84,6 +89,8 @@ impl Device {
     pub(super) fn open(adapter: &Adapter, plain_limits: bool) -> Result<Self, Trouble> {
         let all = adapter.inner.limits();
         let limits = if plain_limits { wgpu::Limits::default() } else { all };
+        let largest = limits.max_storage_buffer_binding_size.min(MOST_BINDING);
+        let limits = wgpu::Limits { max_storage_buffer_binding_size: largest, ..limits };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("kernels"),
             required_limits: limits.clone(),

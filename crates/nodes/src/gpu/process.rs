@@ -57,7 +57,7 @@ fn call(
     gpu.memory.device.check()?;
     let mut run = Run::resume(gpu, job, kept)?;
     let recorded = record(&mut run);
-    let recorded = run.keep(recorded, kept);
+    run.keep(kept);
     let outputs = run.finish(recorded)?;
     // those who watch the process read them on the host
     outputs.fetch().map_err(|error| super::Trouble::Lost(error.0))?;

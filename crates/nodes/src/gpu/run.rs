@@ -1,9 +1,9 @@
 //! Runs what a kernel records on a device.
 //!
 //! Passes are gathered and submitted when they would keep the device busy for about 40 ms. How long they take follows
-//! from measurements: the time per cell of each entry point, taken from the submits before. A pass over cells is divided
-//! into dispatches of whole rows, so that none takes longer; where a raster is larger than a binding, a dispatch binds
-//! only its rows and those that its cells read.
+//! from measurements: the time per cell of each entry point, taken from the submits before. A pass over cells or an array
+//! is divided into dispatches of whole rows, so that none takes longer; where a raster is larger than a binding, a
+//! dispatch over cells binds only its rows and those that its cells read.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -152,11 +152,9 @@ impl<'a> Run<'a> {
         Ok(Self { scratch: std::mem::take(kept), ..run })
     }
 
-    /// Submits the rest, and gives the buffers back for the next call.
-    pub(super) fn keep(&mut self, recorded: Result<(), NodeError>, kept: &mut Kept) -> Result<(), NodeError> {
-        let recorded = recorded.and_then(|()| self.flush());
+    /// Gives the buffers back for the next call, after which nothing can be recorded.
+    pub(super) fn keep(&mut self, kept: &mut Kept) {
         *kept = std::mem::take(&mut self.scratch);
-        recorded
     }
 
     /// Submits the rest, and returns the results, which stay on the device. Results with a sample that is not finite
@@ -315,23 +313,30 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Adds a pass over all cells, as one or more dispatches.
-    fn cells(&mut self, pass: &Pass<'_>, pipeline: &Arc<Pipeline>, rows: Rows) -> Result<(), NodeError> {
-        let [nx, ny] = self.job.window.cells;
-        let fitting = self.rows_of_binding(rows).map_err(|trouble| self.failed(trouble))?;
+    /// Adds a pass over an array of invocations, such as one for each cell, as one or more dispatches. `fitting` rows of
+    /// the raster fit a binding with those around them.
+    fn divided(
+        &mut self,
+        pass: &Pass<'_>,
+        pipeline: &Arc<Pipeline>,
+        [nx, ny]: [u32; 2],
+        (rows, fitting): (Rows, u32),
+    ) -> Result<(), NodeError> {
         let name = (pass.shader.name, pass.entry);
+        let all = self.job.window.cells[1];
         let mut row = 0;
         while row < ny {
             let known = lock(&self.gpu.rates).get(&name).copied();
             let busy = BUSY.as_nanos() as f64;
             let (most, rate) = known.map_or((FIRST_CELLS, busy / FIRST_CELLS), |rate| (busy / rate, rate));
-            let count = ((most / f64::from(nx)) as u32).clamp(1, MOST_GROUPS).min(fitting).min(ny - row);
-            let (first, end) = match rows {
-                Rows::Around(around) if fitting < ny => {
+            let count = ((most / f64::from(nx)) as u32).clamp(1, MOST_GROUPS).min(ny - row);
+            let (count, first, end) = match rows {
+                Rows::Around(around) if fitting < all => {
+                    let count = count.min(fitting);
                     let first = row.saturating_sub(around) / ALIGNED_ROWS * ALIGNED_ROWS;
-                    (first, row.saturating_add(count).saturating_add(around).min(ny))
+                    (count, first, row.saturating_add(count).saturating_add(around).min(all))
                 }
-                Rows::Around(_) | Rows::All => (0, ny),
+                Rows::Around(_) | Rows::All => (count, 0, all),
             };
             let group =
                 self.group(pass, pipeline, [first, row], end - first).map_err(|trouble| self.failed(trouble))?;
@@ -353,6 +358,13 @@ impl<'a> Run<'a> {
         self.pending.push(command);
         *self.expected.entry(name).or_default() += takes;
         if alone { self.flush() } else { Ok(()) }
+    }
+
+    /// Replaces the contents of a buffer that no pending pass reads or writes.
+    fn upload(&mut self, scratch: ScratchId, words: &[u32]) -> Result<(), NodeError> {
+        let (device, buffer) = (&self.gpu.memory.device, &self.scratch[scratch.0].1.buffer);
+        let written = device.caught(|| device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(words)));
+        written.map_err(|trouble| self.failed(trouble))
     }
 
     /// Submits what is pending, and waits for it.
@@ -438,15 +450,14 @@ impl Recorder for Run<'_> {
 
     fn table(&mut self, words: &[u32]) -> Result<ScratchId, NodeError> {
         let id = self.scratch(Size::Words(words.len()))?;
-        self.write(id, words).map(|()| id)
+        // no pass so far has it
+        self.upload(id, words).map(|()| id)
     }
 
     fn write(&mut self, scratch: ScratchId, words: &[u32]) -> Result<(), NodeError> {
         // what is written arrives before the next submit
         self.flush()?;
-        let (device, buffer) = (&self.gpu.memory.device, &self.scratch[scratch.0].1.buffer);
-        let written = device.caught(|| device.queue.write_buffer(buffer, 0, bytemuck::cast_slice(words)));
-        written.map_err(|trouble| self.failed(trouble))
+        self.upload(scratch, words)
     }
 
     fn clear(&mut self, scratch: ScratchId) -> Result<(), NodeError> {
@@ -458,21 +469,24 @@ impl Recorder for Run<'_> {
         self.job.check()?;
         let pipeline = self.pipeline(pass.shader, pass.entry).map_err(|trouble| self.failed(trouble))?;
         match pass.over {
-            Over::Cells(rows) => self.cells(pass, &pipeline, rows),
+            Over::Cells(rows) => {
+                let fitting = self.rows_of_binding(rows).map_err(|trouble| self.failed(trouble))?;
+                self.divided(pass, &pipeline, self.job.window.cells, (rows, fitting))
+            }
+            Over::Array(places) => {
+                let fitting = self.rows_of_binding(Rows::All).map_err(|trouble| self.failed(trouble))?;
+                self.divided(pass, &pipeline, places, (Rows::All, fitting))
+            }
             Over::Groups(groups) => {
                 let ny = self.job.window.cells[1];
                 let whole = self.rows_of_binding(Rows::All);
-                whole
-                    .and_then(|_| self.group(pass, &pipeline, [0, 0], ny))
-                    .map_err(|trouble| self.failed(trouble))
-                    .and_then(|group| {
-                        let name = (pass.shader.name, pass.entry);
-                        let cells =
-                            groups.iter().map(|count| f64::from(*count)).product::<f64>() * f64::from(WORKGROUP);
-                        let known = lock(&self.gpu.rates).get(&name).copied();
-                        let takes = known.unwrap_or(BUSY.as_nanos() as f64 / FIRST_CELLS) * cells;
-                        self.add(Command::Dispatch { pipeline, group, groups }, name, takes, known.is_none())
-                    })
+                let group = whole.and_then(|_| self.group(pass, &pipeline, [0, 0], ny));
+                let group = group.map_err(|trouble| self.failed(trouble))?;
+                let name = (pass.shader.name, pass.entry);
+                let cells = groups.iter().map(|count| f64::from(*count)).product::<f64>() * f64::from(WORKGROUP);
+                let known = lock(&self.gpu.rates).get(&name).copied();
+                let takes = known.unwrap_or(BUSY.as_nanos() as f64 / FIRST_CELLS) * cells;
+                self.add(Command::Dispatch { pipeline, group, groups }, name, takes, known.is_none())
             }
         }
     }

@@ -32,7 +32,7 @@ static SHADER: Shader = Shader {
             out_column[i] = checked(f32(x.cell));
             out_fraction[i] = checked(x.fraction);
         }",
-    library: &[wgsl::LATTICE],
+    library: &[wgsl::HASH, wgsl::LATTICE],
     values: &[],
     slots: &[
         Slot::words("octaves_of", "Octave"),

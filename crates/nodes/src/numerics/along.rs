@@ -1,4 +1,39 @@
-//! Values along a line: averages, and profiles without steep parts.
+//! Places and values along a line: averages, and profiles without steep parts.
+
+/// Returns the distance between two points.
+#[must_use]
+pub fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let [x, y] = [b[0] - a[0], b[1] - a[1]];
+    (x * x + y * y).sqrt()
+}
+
+/// A place along a polyline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The piece between two points.
+    pub piece: usize,
+    /// The place on it from 0 to 1.
+    pub t: f64,
+    /// Distance along the line from its start.
+    pub way_m: f64,
+}
+
+/// Returns the ends of `count` stretches of equal length that a polyline consists of: `count` + 1 places, from its start
+/// to its end. `lengths` are those of its pieces, at least one.
+pub fn evenly(lengths: &[f64], count: usize) -> impl Iterator<Item = Place> {
+    let whole: f64 = lengths.iter().sum();
+    let (mut piece, mut before) = (0, 0.0);
+    (0..=count).map(move |k| {
+        let way_m = whole * k as f64 / count as f64;
+        while piece + 1 < lengths.len() && way_m > before + lengths[piece] {
+            before += lengths[piece];
+            piece += 1;
+        }
+        let length = lengths[piece];
+        let t = if length > 0.0 { ((way_m - before) / length).clamp(0.0, 1.0) } else { 0.0 };
+        Place { piece, t, way_m }
+    })
+}
 
 /// Returns the moving average of each value and `side` values on either side, of fewer near the ends, which do not
 /// change.
@@ -40,6 +75,15 @@ pub fn graded(values: &[f64], lengths: &[f64], grade: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn places_are_even_across_pieces() {
+        // the piece without length is passed over
+        let places: Vec<Place> = evenly(&[1.0, 0.0, 3.0, 4.0], 4).collect();
+        let expected = [(0, 0.0, 0.0), (2, 1.0 / 3.0, 2.0), (2, 1.0, 4.0), (3, 0.5, 6.0), (3, 1.0, 8.0)];
+        assert_eq!(places, expected.map(|(piece, t, way_m)| Place { piece, t, way_m }));
+        assert_eq!(evenly(&[0.0], 1).map(|place| place.t).collect::<Vec<_>>(), [0.0, 0.0]);
+    }
 
     #[test]
     fn a_graded_profile_shares_a_step_between_cut_and_fill() {

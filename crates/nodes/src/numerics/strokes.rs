@@ -5,7 +5,7 @@
 
 use orograph_graph::{Edge, Stroke, Tool, World};
 
-use super::{math::smoothstep, par::rows_within};
+use super::{along::distance, math::smoothstep, par::rows_within};
 use crate::prelude::*;
 
 /// Length of a line segment of a curve, as a fraction of the brush radius.
@@ -157,9 +157,4 @@ fn between(ends: &[[f64; 2]], part: f64) -> [f64; 2] {
     let a = [0, 1, 2].map(|k| mix(ends[k], ends[k + 1], knots[k], knots[k + 1]));
     let b = [0, 1].map(|k| mix(a[k], a[k + 1], knots[k], knots[k + 2]));
     mix(b[0], b[1], knots[1], knots[2])
-}
-
-pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let [x, y] = [b[0] - a[0], b[1] - a[1]];
-    (x * x + y * y).sqrt()
 }

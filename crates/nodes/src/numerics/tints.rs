@@ -27,7 +27,8 @@ pub(crate) const LAND: [(f64, u32); 8] = [
 pub(crate) const WATER: [(f64, u32); 4] = [(0.0, 0xb4d8e0), (0.12, 0x86bcd2), (0.5, 0x4b86b0), (1.0, 0x24507f)];
 
 /// Numbers of a shader that reads tints.
-pub const VALUES: [(&str, Number); 3] = [("k_low_m", Number::F32), ("k_per_m", Number::F32), ("k_sea_m", Number::F32)];
+pub const VALUES: [(&str, Number); 4] =
+    [("k_steps", Number::U32), ("k_low_m", Number::F32), ("k_per_m", Number::F32), ("k_sea_m", Number::F32)];
 
 /// A table of linear RGB by elevation.
 #[derive(Clone, Debug)]
@@ -59,10 +60,15 @@ impl Tints {
 
     /// Returns the numbers of such a shader.
     #[must_use]
-    pub fn values(&self) -> [(&'static str, Scalar); 3] {
+    pub fn values(&self) -> [(&'static str, Scalar); 4] {
         // below every height
         let sea_m = self.sea_m.max(f32::MIN);
-        [("k_low_m", Scalar::F32(self.low_m)), ("k_per_m", Scalar::F32(self.per_m)), ("k_sea_m", Scalar::F32(sea_m))]
+        [
+            ("k_steps", Scalar::U32(STEPS as u32)),
+            ("k_low_m", Scalar::F32(self.low_m)),
+            ("k_per_m", Scalar::F32(self.per_m)),
+            ("k_sea_m", Scalar::F32(sea_m)),
+        ]
     }
 
     /// Returns the colour of an elevation in linear RGB.

@@ -57,12 +57,15 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
+/// Steeper slopes count as this one, which is practically vertical and has a finite square.
+const STEEPEST: f32 = 1e15;
+
 static GPU: GpuKernel = GpuKernel {
     shaders: &[&Shader {
         name: "render/normal_map",
         source: wgsl!("render/normal_map"),
         library: &[wgsl::GRADIENT],
-        values: &[],
+        values: &[("k_steepest", Number::F32)],
         slots: &[
             Slot::input("height"),
             Slot::output("normal"),
@@ -70,7 +73,7 @@ static GPU: GpuKernel = GpuKernel {
             Slot::output("normal").plane(2),
         ],
     }],
-    passes: Passes::around(1),
+    passes: Passes::One { rows: Rows::Around(1), values: |_| vec![("k_steepest", Scalar::F32(STEEPEST))] },
     tolerance: &[Tolerance::absolute(1e-5)],
     ..GpuKernel::DEFAULT
 };
@@ -100,8 +103,6 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 
 simd! {
     fn normals(east: &[f32], south: &[f32], scales: [f32; 2], out: [&mut [f32]; 3]) {
-        /// Steeper slopes count as this one, which is practically vertical and has a finite square.
-        const STEEPEST: f32 = 1e15;
         let [red, green, blue] = out;
         for ((((red, green), blue), &p), &q) in red.iter_mut().zip(green).zip(blue).zip(east).zip(south) {
             let x = (p * scales[0]).clamp(-STEEPEST, STEEPEST);

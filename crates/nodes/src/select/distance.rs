@@ -72,7 +72,7 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "select/distance",
     source: wgsl!("select/distance"),
-    library: &[wgsl::MATH],
+    library: &[wgsl::MATH, wgsl::LINES],
     values: &[
         ("k_threshold", Number::F32),
         ("k_side", Number::U32),
@@ -103,7 +103,7 @@ static GPU: GpuKernel = GpuKernel {
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     // lines, which are no raster, are left to the CPU
-    if !job.inputs.iter().any(|input| matches!(input, InputValue::Value(_))) {
+    if !job.inputs.iter().any(InputValue::is_wired) {
         return Err(nothing());
     }
     let (params, window) = (Params::read(job.params), job.window());

@@ -71,11 +71,7 @@ impl Run<'_> {
         let mut outcome = if backend.is_cpu() { Ok(None) } else { self.attempt(step, || backend.run(node, &job)) };
         if let Ok(None) = outcome {
             // the device that has the inputs is gone: plan again without it
-            let inputs = job.inputs.iter().try_for_each(|input| match input {
-                InputValue::Value(value) => value.fetch(),
-                InputValue::Constant(_) | InputValue::Absent => Ok(()),
-            });
-            inputs.map_err(|_| None)?;
+            job.inputs.iter().try_for_each(InputValue::fetch).map_err(|_| None)?;
             backend = &Cpu;
             outcome = self.attempt(step, || backend.run(node, &job));
         }

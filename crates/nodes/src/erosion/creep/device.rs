@@ -11,7 +11,11 @@ use orograph_graph::{
 
 use super::{Inputs, Params, Wants, balance, steps};
 use crate::{
-    numerics::{hillslope::Hillslope, ledger, repose::wraps},
+    numerics::{
+        hillslope::{EXPLICIT, GIVEN_M, HIGHEST_M, Hillslope, MOST_MOBILE, STEEPEST},
+        ledger,
+        repose::wraps,
+    },
     prelude::*,
 };
 
@@ -26,6 +30,11 @@ static LINES: Shader = Shader {
         ("k_columns", Number::U32),
         ("k_far", Number::U32),
         ("k_per_diffusivity", Number::F32),
+        ("k_highest", Number::F32),
+        ("k_most_mobile", Number::F32),
+        ("k_explicit", Number::F32),
+        ("k_steepest", Number::F32),
+        ("k_given", Number::F32),
         ("k_wraps_x", Number::U32),
         ("k_wraps_y", Number::U32),
         ("k_west", Number::U32),
@@ -88,6 +97,22 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
         .collect();
     let boundary = window.world.boundary;
     let [west, east, north, south] = [boundary.west, boundary.east, boundary.north, boundary.south].map(side);
+    let whole = [("k_far", far), ("k_wraps_x", u32::from(joined[0])), ("k_wraps_y", u32::from(joined[1]))];
+    let single = [
+        ("k_per_diffusivity", per_diffusivity),
+        ("k_highest", HIGHEST_M),
+        ("k_most_mobile", MOST_MOBILE),
+        ("k_explicit", EXPLICIT),
+        ("k_steepest", STEEPEST),
+        ("k_given", GIVEN_M),
+    ];
+    let sides = [("k_west", west), ("k_east", east), ("k_north", north), ("k_south", south)];
+    let values: Vec<_> = whole
+        .map(|(name, v)| (name, Scalar::U32(v)))
+        .into_iter()
+        .chain(single.map(|(name, v)| (name, Scalar::F32(v as f32))))
+        .chain(sides)
+        .collect();
     let add = |recorder: &mut dyn Recorder, entry| {
         recorder.pass(&Pass {
             shader: &ADD,
@@ -105,17 +130,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
                 shader: &LINES,
                 entry: "lines",
                 bind: &bind,
-                values: &[
-                    ("k_columns", Scalar::U32(columns)),
-                    ("k_far", Scalar::U32(far)),
-                    ("k_per_diffusivity", Scalar::F32(per_diffusivity as f32)),
-                    ("k_wraps_x", Scalar::U32(u32::from(joined[0]))),
-                    ("k_wraps_y", Scalar::U32(u32::from(joined[1]))),
-                    ("k_west", west),
-                    ("k_east", east),
-                    ("k_north", north),
-                    ("k_south", south),
-                ],
+                values: &[&[("k_columns", Scalar::U32(columns))][..], &values].concat(),
                 over: Over::Groups([lines.div_ceil(WORKGROUP), 1, 1]),
             })?;
             add(recorder, "add")?;
@@ -129,9 +144,14 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
             Ok::<_, NodeError>(words.into_iter().map(|bits| f64::from(f32::from_bits(bits))).collect::<Vec<_>>())
         };
         let [settled, eroded] = ledger::gains_and_losses(metres(recorder, moved, window.len())?.into_iter());
-        // flows from side to side, far above what leaves, would round the sum at the ends of lines
+        let is_closed = ![boundary.west, boundary.east, boundary.north, boundary.south]
+            .iter()
+            .any(|edge| matches!(edge, Edge::Open | Edge::Base));
         let left: f64 = match far {
             0 => metres(recorder, left, 2 * (nx + ny) as usize)?.into_iter().sum(),
+            _ if is_closed => 0.0,
+            // sides at base level may give more than they get; flows from side to side, far above what leaves, would round
+            // the sum at the ends of lines
             _ => eroded - settled,
         };
         recorder.give("report", balance(job, [settled, eroded], left).into());
@@ -141,12 +161,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
 
 /// The largest D Δt / d² of a cell over the whole run, from all cells on the host.
 fn mobility(job: &Job<'_>, params: &Params) -> Result<f64, NodeError> {
-    let inputs = job.node.inputs.iter().zip(&job.inputs);
-    for (_, input) in inputs.filter(|(input, _)| input.name == "diffusivity") {
-        if let InputValue::Value(value) = input {
-            value.fetch().map_err(|error| NodeError::failed(error.0))?;
-        }
-    }
+    job.input("diffusivity").map_or(Ok(()), InputValue::fetch)?;
     let diffusivity = Inputs::read(job)?.diffusivity;
     Ok(Hillslope::new(&job.window(), diffusivity, params.critical_slope).mobility(params.duration))
 }

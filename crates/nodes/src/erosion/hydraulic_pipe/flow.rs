@@ -10,7 +10,7 @@ use crate::numerics::{
 };
 
 /// Depth of water over a face, in metres, below which nothing flows.
-const DRY_M: f32 = 1e-4;
+pub(super) const DRY_M: f32 = 1e-4;
 /// Outflow of a cell in a step, in metres, that is not worth limiting.
 const LEAST_M: f32 = 1e-30;
 /// Larger differences of the water surface, in metres, are edges of holes in the data.

@@ -3,8 +3,9 @@
 //! L. B. Leopold and M. G. Wolman (1960), "River meanders": a meander is about eleven widths of its channel long. Here
 //! a valley winds over seven widths with its banks, and smaller bends have the same proportions.
 
-use super::{Params, way::length};
+use super::Params;
 use crate::numerics::{
+    along::distance,
     noise::place::{self, along},
     spline::{hermite, tangent},
 };
@@ -24,14 +25,14 @@ pub fn course(params: &Params, seed: u32) -> Vec<[f64; 2]> {
     if params.curve == 0.0 && params.wander == 0.0 {
         return path.clone();
     }
-    let whole: f64 = path.windows(2).map(|pair| length(pair[0], pair[1])).sum();
+    let whole: f64 = path.windows(2).map(|pair| distance(pair[0], pair[1])).sum();
     let wide_m = params.width + params.bank;
     let wave_m = BEND[0] * wide_m.max(1e-3 * whole);
     let step = (wave_m / POINTS).max(whole / MOST);
     let mut points = Vec::new();
     let (mut way, mut seen) = (0.0, path[0]);
     for (k, pair) in path.windows(2).enumerate() {
-        let long = length(pair[0], pair[1]);
+        let long = distance(pair[0], pair[1]);
         if long <= 0.0 {
             continue;
         }
@@ -46,7 +47,7 @@ pub fn course(params: &Params, seed: u32) -> Vec<[f64; 2]> {
             if i == 0 && !points.is_empty() {
                 continue;
             }
-            way += length(seen, at);
+            way += distance(seen, at);
             seen = at;
             let ends = crate::numerics::math::smoothstep(2.0 * way.min((whole - way).max(0.0)) / wave_m);
             let aside = params.wander * BEND[1] * wide_m * ends * bends(way / wave_m, seed);

@@ -3,6 +3,7 @@
 use orograph_graph::{Boundary, Cancel, Edge, InputValue, Line, Lines, ParamValue, Value, Vertex, Warnings, World};
 
 use super::*;
+use crate::numerics::along;
 use crate::testing::{field, run as result, run_in, run_with, with_params, world};
 
 /// Changes that keep a bed straight and its banks parallel.
@@ -177,7 +178,7 @@ fn a_course_winds_without_corners() {
     let params = Params::read(&along(&points, "curve=1,wander=0.6,width=100,bank=200"));
     let line = course::course(&params, 5);
     assert_eq!((line[0], line[line.len() - 1]), (points[0], points[2]));
-    let long: f64 = line.windows(2).map(|pair| way::length(pair[0], pair[1])).sum();
+    let long: f64 = line.windows(2).map(|pair| along::distance(pair[0], pair[1])).sum();
     // real rivers: 1.2 to 1.4 with their bends of all sizes
     assert!((1.03..1.6).contains(&(long / 10_000.0)), "{long}");
     let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {

@@ -4,7 +4,7 @@ use orograph_graph::{Field, Line};
 
 use super::{Course, Params, course::course};
 use crate::numerics::{
-    along::{averaged, graded},
+    along::{averaged, distance, evenly, graded},
     lines::Ends,
     math,
     noise::place::{self, along},
@@ -107,25 +107,18 @@ impl Way {
         fine: f64,
         mut place: impl FnMut(Step) -> Place,
     ) -> Self {
-        let stretches: Vec<([f64; 2], [f64; 2], f64)> =
-            path.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
-        let whole: f64 = stretches.iter().map(|(_, _, length)| length).sum();
+        let lengths: Vec<f64> = path.windows(2).map(|pair| distance(pair[0], pair[1])).collect();
+        let whole: f64 = lengths.iter().sum();
         let wide_m = params.width + 2.0 * params.bank;
         let step = land.window().cell_m().max(whole / MOST).max(wide_m / fine);
         let count = (whole / step).ceil().max(1.0) as usize;
-        let mut places = Vec::with_capacity(count + 1);
-        let (mut at, mut before) = (0, 0.0);
-        for k in 0..=count {
-            let way = whole * k as f64 / count as f64;
-            while at + 1 < stretches.len() && way > before + stretches[at].2 {
-                before += stretches[at].2;
-                at += 1;
-            }
-            let (start, end, length) = stretches[at];
-            let t = if length > 0.0 { ((way - before) / length).clamp(0.0, 1.0) } else { 0.0 };
-            let at_m = [0, 1].map(|axis| start[axis] + (end[axis] - start[axis]) * t);
-            places.push(place(Step { at_m, piece: at, t, share: k as f64 / count as f64, way_m: way, whole_m: whole }));
-        }
+        let steps = evenly(&lengths, count).enumerate().map(|(k, on)| {
+            let [start, end] = [path[on.piece], path[on.piece + 1]];
+            let at_m = [0, 1].map(|axis| start[axis] + (end[axis] - start[axis]) * on.t);
+            let share = k as f64 / count as f64;
+            place(Step { at_m, piece: on.piece, t: on.t, share, way_m: on.way_m, whole_m: whole })
+        });
+        let mut places: Vec<Place> = steps.collect();
         // two box filters in sequence form a triangular kernel as long as the easing
         let side = (0.25 * params.easing * count as f64 / whole.max(1e-9)).round() as usize;
         let mut elevations: Vec<f64> = places.iter().map(|place| place.elevation_m).collect();
@@ -143,7 +136,7 @@ impl Way {
         match params.course {
             Course::Land => {}
             Course::Graded => {
-                let lengths: Vec<f64> = places.windows(2).map(|pair| length(pair[0].at_m, pair[1].at_m)).collect();
+                let lengths: Vec<f64> = places.windows(2).map(|pair| distance(pair[0].at_m, pair[1].at_m)).collect();
                 let elevations: Vec<f64> = places.iter().map(|place| place.elevation_m).collect();
                 for (place, elevation_m) in places.iter_mut().zip(graded(&elevations, &lengths, params.grade)) {
                     place.elevation_m = elevation_m;
@@ -158,7 +151,7 @@ impl Way {
             }
             Course::Straight => {
                 let ends = [places[0], places[places.len() - 1]].map(|place| place.elevation_m);
-                let lengths: Vec<f64> = places.windows(2).map(|pair| length(pair[0].at_m, pair[1].at_m)).collect();
+                let lengths: Vec<f64> = places.windows(2).map(|pair| distance(pair[0].at_m, pair[1].at_m)).collect();
                 let whole: f64 = lengths.iter().sum();
                 let mut way = 0.0;
                 for (place, next) in places.iter_mut().zip(lengths.into_iter().chain([0.0])) {
@@ -195,12 +188,6 @@ impl Params {
             grown * (1.0 + self.raggedness * ends * uneven)
         })
     }
-}
-
-/// Returns the distance between two points.
-pub fn length(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let [x, y] = [b[0] - a[0], b[1] - a[1]];
-    (x * x + y * y).sqrt()
 }
 
 /// Returns the terrain height at a point by bilinear interpolation.

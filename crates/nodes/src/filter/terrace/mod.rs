@@ -97,13 +97,15 @@ const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
 static SHADER: Shader = Shader {
     name: "filter/terrace",
     source: wgsl!("filter/terrace"),
-    library: &[wgsl::MATH, wgsl::LATTICE],
+    library: &[wgsl::MATH, wgsl::HASH, wgsl::LATTICE],
     values: &[
         ("k_uneven", Number::U32),
         ("k_wide", Number::U32),
         ("k_fine", Number::U32),
         ("k_layers", Number::U32),
         ("k_hash", Number::U32),
+        ("k_limits", Number::F32),
+        ("k_dip", Number::F32),
     ],
     slots: &[
         Slot::input("height"),
@@ -147,6 +149,8 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
             ("k_fine", Scalar::U32(octaves[2].len() as u32)),
             ("k_layers", Scalar::U32(layers.len() as u32)),
             ("k_hash", Scalar::U32(hash)),
+            ("k_limits", Scalar::F32(steps::LIMITS)),
+            ("k_dip", Scalar::F32(steps::DIP)),
         ],
         over: Over::Cells(Rows::Around(0)),
     })

@@ -20,9 +20,9 @@ pub(super) struct Uneven {
 pub(super) type Draws = [f32; 3];
 
 /// Displacement of the limits of steps, in steps, for a variation of 1.
-const LIMITS: f32 = 0.36;
+pub(super) const LIMITS: f32 = 0.36;
 /// Displacement of all steps by the wide noise, in steps, for a variation of 1.
-const DIP: f32 = 0.5;
+pub(super) const DIP: f32 = 0.5;
 
 impl Uneven {
     /// Returns true if steps are a staircase.

@@ -109,7 +109,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
 static SHADER: Shader = Shader {
     name: "generate/fractal",
     source: wgsl!("generate/fractal"),
-    library: &[wgsl::MATH, wgsl::LATTICE],
+    library: &[wgsl::MATH, wgsl::HASH, wgsl::LATTICE],
     values: &[
         ("count", Number::U32),
         ("count_all", Number::U32),

@@ -19,7 +19,7 @@ const MOST_IN_CHUNK: usize = 1 << 22;
 static SHADER: Shader = Shader {
     name: "generate/spectral",
     source: wgsl!("generate/spectral"),
-    library: &[wgsl::MATH],
+    library: &[wgsl::MATH, wgsl::HASH],
     values: &[
         ("k_first", Number::U32),
         ("k_count", Number::U32),
@@ -63,7 +63,9 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let (torus, power) = (params.torus(job.world()), Power::new(&params));
     let (nx, ny) = (job.window().nx(), job.window().ny());
     let waves = torus.waves([nx, ny], params.draw(job), &power);
-    let [along, down] = [Transform::new(recorder, waves.cells[0])?, Transform::new(recorder, waves.cells[1])?];
+    let along = Transform::new(recorder, waves.cells[0])?;
+    let other = (waves.cells[1] != waves.cells[0]).then(|| Transform::new(recorder, waves.cells[1])).transpose()?;
+    let down = other.as_ref().unwrap_or(&along);
     let (columns, most_south) = (waves.most(0) + 1, waves.most(1));
     let wavenumbers = (0..columns).map(|k| (k, 0)).chain((0..=most_south).map(|k| (k, 1)));
     let words: Vec<u32> = wavenumbers

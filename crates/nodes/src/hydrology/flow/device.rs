@@ -39,7 +39,7 @@ const VALUES: &[(&str, Number)] = &[
 
 macro_rules! shader {
     ($name:literal, $slots:expr) => {
-        Shader { name: $name, source: wgsl!($name), library: &[wgsl::FLOW], values: VALUES, slots: $slots }
+        Shader { name: $name, source: wgsl!($name), library: &[wgsl::LINES, wgsl::FLOW], values: VALUES, slots: $slots }
     };
 }
 
@@ -382,10 +382,10 @@ impl Routed<'_, '_> {
         let cell_m2 = self.job.cell_m() * self.job.cell_m();
         let per_s = cell_m2 / SECONDS_PER_YEAR;
         let (area, discharge) = (wants.area || wants.flow, wants.discharge || wants.flow);
-        let constant = match &self.job.inputs[1] {
-            InputValue::Constant(rate) => Some(runoff(*rate as f32)),
-            InputValue::Absent => Some(0.0),
-            InputValue::Value(_) => None,
+        let constant = match self.job.input("runoff") {
+            Some(InputValue::Constant(rate)) => Some(runoff(*rate as f32)),
+            Some(InputValue::Value(_)) => None,
+            Some(InputValue::Absent) | None => Some(0.0),
         };
         if area || discharge && constant.is_some() {
             start(self, self.ways[0])?;

@@ -5,10 +5,10 @@
 
 use orograph_graph::{
     NodeError,
-    gpu::{Bind, Number, Over, Pass, Recorder, Scalar, ScratchId, Shader, Size, Slot, WORKGROUP},
+    gpu::{Bind, Number, Over, Pass, Recorder, Scalar, ScratchId, Shader, Size, Slot},
 };
 
-use super::{Batch, Plan, radices, root};
+use super::{Bluestein, Complex, Plan, radices, root};
 use crate::wgsl::wgsl;
 
 /// The passes of all transforms.
@@ -64,21 +64,13 @@ impl Transform {
     /// When the device has no memory for them.
     pub fn new(recorder: &mut dyn Recorder, length: usize) -> Result<Self, NodeError> {
         let Some(radices) = radices(length) else {
-            let padded = (2 * length - 1..).find(|padded| radices(*padded).is_some()).unwrap_or(length);
-            let wave = |k: usize| -> [f64; 2] { root(k * k, 2 * length) };
-            let mut kernel = vec![Batch::<f64>::ZERO; padded];
-            for k in 0..length {
-                let [re, im] = wave(k);
-                for at in [k, (padded - k) % padded] {
-                    (kernel[at].re[0], kernel[at].im[0]) = (re, -im);
-                }
-            }
-            Plan::new(padded).transform(&mut kernel);
-            let scale = 1.0 / padded as f64;
+            let Bluestein { waves, mut mirrored } = Bluestein::new(length);
+            let padded = mirrored.len();
+            Plan::new(padded).transform(&mut mirrored);
             let chirp = Chirp {
                 padded: Box::new(Self::new(recorder, padded)?),
-                waves: table(recorder, (0..length).map(wave))?,
-                kernel: table(recorder, kernel.iter().map(|k| [k.re[0] * scale, k.im[0] * scale]))?,
+                waves: table(recorder, waves)?,
+                kernel: table(recorder, Bluestein::kernel(&mirrored))?,
             };
             return Ok(Self { length, radices: Vec::new(), roots: chirp.waves, chirp: Some(chirp) });
         };
@@ -153,11 +145,9 @@ fn step(
     Ok(())
 }
 
-/// Workgroups for an array of invocations: x is `id.x`, y is `id.y + 32768 id.z`.
-pub(crate) fn over(x: usize, y: usize) -> Over {
-    const MOST: usize = 32_768;
-    let groups = [x.div_ceil(WORKGROUP as usize), y.min(MOST), y.div_ceil(MOST)];
-    Over::Groups(groups.map(|count| count as u32))
+/// The places of an array.
+pub(crate) fn over(columns: usize, rows: usize) -> Over {
+    Over::Array([columns, rows].map(|count| count as u32))
 }
 
 /// Reserves a buffer of that many complex numbers.
@@ -168,7 +158,7 @@ pub(crate) fn complex(recorder: &mut dyn Recorder, count: usize) -> Result<Scrat
     recorder.scratch(Size::Words(2 * count))
 }
 
-fn table(recorder: &mut dyn Recorder, values: impl Iterator<Item = [f64; 2]>) -> Result<ScratchId, NodeError> {
-    let words: Vec<u32> = values.flatten().map(|part| (part as f32).to_bits()).collect();
+fn table(recorder: &mut dyn Recorder, values: impl IntoIterator<Item = Complex>) -> Result<ScratchId, NodeError> {
+    let words: Vec<u32> = values.into_iter().flatten().map(|part| (part as f32).to_bits()).collect();
     recorder.table(&words)
 }

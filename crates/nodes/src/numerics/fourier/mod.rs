@@ -187,22 +187,14 @@ impl<T: Number> Stage<T> {
 
 impl<T: Number> Chirp<T> {
     fn new(length: usize) -> Self {
-        let mut padded = 2 * length - 1;
-        while radices(padded).is_none() {
-            padded += 1;
+        let Bluestein { waves, mut mirrored } = Bluestein::new(length);
+        let padded = mirrored.len();
+        unjoined(&mut mirrored, &Plan::new(padded).stages);
+        Self {
+            plan: Box::new(Plan::new(padded)),
+            waves: waves.into_iter().map(|wave| wave.map(T::of)).collect(),
+            kernel: Bluestein::kernel(&mirrored).map(|k| k.map(T::of)).collect(),
         }
-        let wave = |k: usize| -> Complex { root(k * k, 2 * length) };
-        let mut kernel = vec![Batch::<f64>::ZERO; padded];
-        for k in 0..length {
-            let [re, im] = wave(k);
-            for at in [k, (padded - k) % padded] {
-                (kernel[at].re[0], kernel[at].im[0]) = (re, -im);
-            }
-        }
-        unjoined(&mut kernel, &Plan::new(padded).stages);
-        let scale = 1.0 / padded as f64;
-        let kernel = kernel.iter().map(|k| [T::of(k.re[0] * scale), T::of(k.im[0] * scale)]).collect();
-        Self { plan: Box::new(Plan::new(padded)), waves: (0..length).map(|k| wave(k).map(T::of)).collect(), kernel }
     }
 
     fn transform(&self, values: &mut [Batch<T>], length: usize) {
@@ -216,6 +208,37 @@ impl<T: Number> Chirp<T> {
         joined(values, &self.plan.stages, length);
         conjugate(&mut values[..length]);
         multiply(values, &self.waves);
+    }
+}
+
+/// The factors of Bluestein's convolution in double precision.
+struct Bluestein {
+    /// e^(−πi k² / length).
+    waves: Vec<Complex>,
+    /// The conjugated waves, mirrored around place 0, in the first lane; as many as the convolution is long.
+    mirrored: Vec<Batch<f64>>,
+}
+
+impl Bluestein {
+    fn new(length: usize) -> Self {
+        let mut padded = 2 * length - 1;
+        while radices(padded).is_none() {
+            padded += 1;
+        }
+        let waves: Vec<Complex> = (0..length).map(|k| root(k * k, 2 * length)).collect();
+        let mut mirrored = vec![Batch::ZERO; padded];
+        for (k, [re, im]) in waves.iter().enumerate() {
+            for at in [k, (padded - k) % padded] {
+                (mirrored[at].re[0], mirrored[at].im[0]) = (*re, -im);
+            }
+        }
+        Self { waves, mirrored }
+    }
+
+    /// Returns the kernel of the convolution from the transform of `mirrored`, divided by the length.
+    fn kernel(transformed: &[Batch<f64>]) -> impl Iterator<Item = Complex> {
+        let scale = 1.0 / transformed.len() as f64;
+        transformed.iter().map(move |k| [k.re[0] * scale, k.im[0] * scale])
     }
 }
 

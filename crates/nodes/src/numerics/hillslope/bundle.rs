@@ -20,9 +20,9 @@ pub const LANES: usize = 16;
 pub type Lanes = [f64; LANES];
 
 /// The largest explicit share of a face: two of them leave half of a cell where it is, so that no wave changes sign.
-const EXPLICIT: f64 = 0.25;
+pub const EXPLICIT: f64 = 0.25;
 /// The largest square of the slope over the critical one that makes ground more mobile.
-const STEEPEST: f64 = 0.95;
+pub const STEEPEST: f64 = 0.95;
 /// Steps of Newton's method for the slopes at the end of a time step.
 const ITERATIONS: usize = 4;
 /// Times that sinks which give are turned into land, the last time with all others of their lines.
@@ -30,9 +30,9 @@ const ROUNDS: u32 = 8;
 /// The largest D Δt / d² that is distinguished from larger ones.
 pub const MOST_MOBILE: f64 = 1e12;
 /// Heights from here on, in metres, are holes in the data, as what is no number.
-const HIGHEST_M: f64 = 1e15;
+pub const HIGHEST_M: f64 = 1e15;
 /// What a sink gives away, in metres, before it counts as land.
-const GIVEN_M: f64 = 1e-9;
+pub const GIVEN_M: f64 = 1e-9;
 
 /// What a cell that does not rise does with what arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

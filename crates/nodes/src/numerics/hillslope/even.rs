@@ -1,7 +1,8 @@
-//! Linear diffusion along lines of cells that are all as mobile and free between the two ends.
+//! Linear diffusion along lines whose cells all have the same mobility and, except for the first and the last, are free to
+//! change their heights.
 //!
-//! The elimination is the same on all such lines, but for the state of their first cell, so that its ratios are computed
-//! once for all lines: a step neither divides nor reads anything but heights. It gives the same bits as the general
+//! The elimination differs between such lines only by the state of their first cell. Its coefficients are computed once for
+//! all lines, so that a step contains no division and reads nothing but heights. It gives the same bits as the general
 //! solution.
 
 use super::bundle::{LANES, Lanes, explicit, harmonic, moves};
@@ -47,7 +48,7 @@ impl Even {
         }
     }
 
-    /// Solves for the heights at the end. `ends` tells what the first and the last cells hold.
+    /// Solves for the heights at the end. `ends` are the states of the first and the last cells.
     pub fn solve(&self, start: &[Lanes], ends: [&Lanes; 2], end: &mut [Lanes]) {
         solve(self, start, ends, end);
     }

@@ -20,7 +20,8 @@ use std::ops::Range;
 
 use orograph_graph::{Boundary, Edge};
 
-use self::bundle::{Along, Bundle, Ground, Hold, LANES, MOST_MOBILE, diffusivity};
+use self::bundle::{Along, Bundle, Ground, Hold, LANES, diffusivity};
+pub use self::bundle::{EXPLICIT, GIVEN_M, HIGHEST_M, MOST_MOBILE, STEEPEST};
 use super::{par, repose::wraps};
 use crate::prelude::*;
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use orograph_graph::gpu::{ScratchId, Size};
 
-use super::{Look, Rays, sigma};
+use super::{Look, Rays, STEEPEST, sigma};
 use crate::{
     numerics::{lines::Ends, smooth},
     prelude::*,
@@ -20,13 +20,14 @@ const NAMES: [&str; LANDS] = ["land_0", "land_1", "land_2", "land_3"];
 pub static SHADER: Shader = Shader {
     name: "lib/horizon",
     source: wgsl::HORIZON,
-    library: &[],
+    library: &[wgsl::LINES],
     values: &[
         ("k_first", Number::U32),
         ("k_end", Number::U32),
         ("k_goes_on", Number::U32),
         ("k_wraps_x", Number::U32),
         ("k_wraps_y", Number::U32),
+        ("k_steepest", Number::F32),
     ],
     slots: &[
         Slot::input("height"),
@@ -118,6 +119,7 @@ impl Horizons {
                     ("k_goes_on", Scalar::U32(u32::from(number > 0))),
                     ("k_wraps_x", Scalar::U32(u32::from(self.wraps[0]))),
                     ("k_wraps_y", Scalar::U32(u32::from(self.wraps[1]))),
+                    ("k_steepest", Scalar::F32(STEEPEST)),
                 ],
                 over: Over::Cells(self.rows),
             })?;

@@ -165,7 +165,7 @@ fn sigma(level: usize) -> f64 {
     FIRST_SIGMA * (1_u64 << (level - 1)) as f64
 }
 
-/// Samples that are taken in one loop, which reads and writes each cell once for all of them.
+/// Number of samples that one loop compares, so that it reads and writes each cell once for all of them.
 const TOGETHER: usize = 4;
 
 /// A sample of a row of cells: the rows that are read and how far their columns are shifted.
@@ -227,23 +227,23 @@ impl<'a> Horizon<'a> {
             samples[count] = Sample { rows: [first, second], shifts, share: look.share, per_m: look.per_m };
             count += 1;
             if count == TOGETHER {
-                self.see_together(&samples, here, columns.clone(), out);
+                self.raise_by_samples(&samples, here, columns.clone(), out);
                 count = 0;
             }
         }
         for sample in &samples[..count] {
-            self.see(sample, here, columns.clone(), columns.clone(), out);
+            self.raise_by_sample(sample, here, columns.clone(), columns.clone(), out);
         }
     }
 
-    /// Raises tangents to those of samples, where all exist in one loop.
-    fn see_together(&self, samples: &[Sample<'_>; TOGETHER], here: &[f32], columns: Range<usize>, out: &mut [f32]) {
+    /// Raises tangents to those of some samples: in one loop where all of them exist, and sample by sample beside it.
+    fn raise_by_samples(&self, samples: &[Sample<'_>; TOGETHER], here: &[f32], columns: Range<usize>, out: &mut [f32]) {
         let [nx, start] = [self.window.nx() as i64, columns.start as i64];
         let west = samples.iter().flat_map(|sample| sample.shifts).fold(start, |from, shift| from.max(-shift));
         let east =
             samples.iter().flat_map(|sample| sample.shifts).fold(columns.end as i64, |end, shift| end.min(nx - shift));
         if west >= east {
-            samples.iter().for_each(|sample| self.see(sample, here, columns.clone(), columns.clone(), out));
+            samples.iter().for_each(|sample| self.raise_by_sample(sample, here, columns.clone(), columns.clone(), out));
             return;
         }
         let cells = (west - start) as usize..(east - start) as usize;
@@ -258,13 +258,20 @@ impl<'a> Horizon<'a> {
             samples.map(|sample| sample.per_m),
         );
         for sample in samples {
-            self.see(sample, here, columns.clone(), columns.start..west as usize, out);
-            self.see(sample, here, columns.clone(), east as usize..columns.end, out);
+            self.raise_by_sample(sample, here, columns.clone(), columns.start..west as usize, out);
+            self.raise_by_sample(sample, here, columns.clone(), east as usize..columns.end, out);
         }
     }
 
-    /// Raises tangents of a part of the columns to those of a sample.
-    fn see(&self, sample: &Sample<'_>, here: &[f32], columns: Range<usize>, part: Range<usize>, out: &mut [f32]) {
+    /// Raises tangents to those of a sample in a part of the columns.
+    fn raise_by_sample(
+        &self,
+        sample: &Sample<'_>,
+        here: &[f32],
+        columns: Range<usize>,
+        part: Range<usize>,
+        out: &mut [f32],
+    ) {
         let mut at = part.start;
         while let Some((from, count, sources)) = self.stretch(at, part.end, sample.shifts) {
             let cells = from - columns.start..from - columns.start + count;

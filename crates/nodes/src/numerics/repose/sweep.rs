@@ -108,7 +108,8 @@ pub const WIDE: usize = TILE[0] + 2;
 /// Number of corners along a row. Loops run over so many lanes; those beyond the cells of a tile are ignored.
 const LANES: usize = TILE[0] + 1;
 
-/// Number of corners along a row of a narrow tile, such as the last one of a power of two columns.
+/// Number of corners along a row of a narrow tile, such as the last tile of each row in rasters of 256, 512 or 1024
+/// columns.
 const NARROW: usize = 16;
 
 /// A row of cells and the values derived along it.

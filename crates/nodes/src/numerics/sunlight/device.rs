@@ -112,7 +112,7 @@ fn groups(arcs: &[Arc], rays: usize) -> Vec<Group> {
         let of_way = way.moments.windows(2).map(|pair| Interval { moments: [pair[0], pair[1]], step_s: way.step_s });
         intervals.extend(of_way);
     }
-    intervals.sort_by_key(Interval::rays);
+    intervals.sort_by_cached_key(Interval::rays);
     let mut groups: Vec<Group> = Vec::new();
     for interval in intervals {
         let mut rays = interval.rays();

@@ -53,6 +53,7 @@ static COLOUR: Shader = Shader {
         tints::VALUES[0],
         tints::VALUES[1],
         tints::VALUES[2],
+        tints::VALUES[3],
     ],
     slots: &[
         Slot::input("height"),

@@ -6,12 +6,13 @@ use super::Params;
 use crate::{
     numerics::fourier::device::{self, Lines, Transform, complex, over},
     prelude::*,
+    wgsl,
 };
 
 static SHADER: Shader = Shader {
     name: "tectonics/flexure",
     source: wgsl!("tectonics/flexure"),
-    library: &[],
+    library: &[wgsl::MATH],
     values: &[
         ("k_wide", Number::U32),
         ("k_high", Number::U32),

@@ -16,6 +16,8 @@ const VALUES: &[(&str, Number)] = &[
     ("side_east", Number::U32),
     ("side_north", Number::U32),
     ("side_south", Number::U32),
+    ("k_highest", Number::F32),
+    ("k_dry", Number::F32),
     ("k_law", Number::U32),
     ("k_dt", Number::F32),
     ("k_step", Number::F32),

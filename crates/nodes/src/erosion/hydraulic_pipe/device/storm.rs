@@ -13,6 +13,7 @@ use super::{
         band::STEPS_PER_SWEEP,
         budget::{self, Sums},
         course::Course,
+        flow,
         painted::{Painted, spring_rates},
         physics::{Capacity, Physics, Scheme},
         run::Pacing,
@@ -52,6 +53,8 @@ pub(super) struct DeviceStorm {
     before_m: f32,
     /// Terrain and rain with the strokes that have acted, from the first stroke on.
     painted: Option<Painted>,
+    /// Painted rain over all land, in mm/h.
+    drops_mm_h: f64,
     /// True if the terrain on the device has strokes that have not acted yet.
     is_ahead: bool,
     /// Water at the start, in metres over one cell, and painted rain, in m³.
@@ -113,6 +116,7 @@ impl DeviceStorm {
             deepest_m: depths.iter().flatten().fold(0.0_f32, |most, depth| most.max(*depth)),
             before_m: 0.0,
             painted: None,
+            drops_mm_h: 0.0,
             is_ahead: false,
             water_start_m: depths.iter().flatten().map(|&depth| f64::from(depth)).sum(),
             water_painted: 0.0,
@@ -121,7 +125,7 @@ impl DeviceStorm {
 
     /// The terrain and the rain with the strokes that have acted.
     fn painted(&self, job: &Job<'_>) -> Result<Painted, NodeError> {
-        fetch(job)?;
+        job.inputs.iter().try_for_each(InputValue::fetch)?;
         match &self.painted {
             Some(painted) => Ok(painted.clone()),
             None => Ok(Painted::new(job, &Inputs::read(job)?, &self.course.params)),
@@ -143,6 +147,7 @@ impl DeviceStorm {
                     rain.map(|(rain, land)| if budget::is_land(*land) { *rain } else { 0.0 }).collect();
                 recorder.write(self.buffers.rain, &bits(&rain))?;
             }
+            self.drops_mm_h = painted.drops(&painted.scene(job, self.physics)?);
             self.painted = Some(painted);
         } else if self.is_ahead {
             let painted = self.painted(job)?;
@@ -206,10 +211,6 @@ impl Steps for DeviceStorm {
     fn step(&mut self, job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
         let now = self.course.moment().now;
         self.paint(job, recorder)?;
-        let drops_mm_h = match &self.painted {
-            Some(painted) => painted.drops(&painted.scene(job, self.physics)?),
-            None => 0.0,
-        };
         let before_s = self.pacing.time_s;
         let grown_m = (self.deepest_m - self.before_m).max(0.0);
         self.before_m = self.deepest_m;
@@ -228,7 +229,7 @@ impl Steps for DeviceStorm {
         self.course.left_s = if self.deepest_m.is_finite() { sweep.left_s } else { 0.0 };
         self.course.since_s = Some(now);
         let cell_m2 = self.physics.cell_m * self.physics.cell_m;
-        self.water_painted += drops_mm_h * cell_m2 * (self.pacing.time_s - before_s) / 3.6e6;
+        self.water_painted += self.drops_mm_h * cell_m2 * (self.pacing.time_s - before_s) / 3.6e6;
         Ok(())
     }
 
@@ -277,6 +278,8 @@ fn values(physics: &Physics, job: &Job<'_>, [springs, warm]: [bool; 2]) -> Vec<(
         ("side_east", side(boundary.east)),
         ("side_north", side(boundary.north)),
         ("side_south", side(boundary.south)),
+        ("k_highest", Scalar::F32(flow::HIGHEST)),
+        ("k_dry", Scalar::F32(flow::DRY_M)),
         ("k_law", Scalar::U32(law)),
         ("k_talus", Scalar::F32(talus_m)),
         ("k_talus_diagonal", Scalar::F32(talus_m * SQRT_2)),
@@ -301,23 +304,11 @@ const fn side(edge: Edge) -> Scalar {
     })
 }
 
-/// Brings all inputs to the host.
-fn fetch(job: &Job<'_>) -> Result<(), NodeError> {
-    job.inputs.iter().try_for_each(|input| match input {
-        InputValue::Value(value) => value.fetch().map_err(|error| NodeError::failed(error.0)),
-        InputValue::Constant(_) | InputValue::Absent => Ok(()),
-    })
-}
-
 /// The depth of water at the start, where drainage is known: computed on the host, once.
 fn depths(job: &Job<'_>, params: &Params) -> Result<Option<Vec<f32>>, NodeError> {
-    let is_wired = |name: &str| {
-        let mut inputs = iter::zip(job.node.inputs, &job.inputs);
-        inputs.any(|(input, value)| input.name == name && matches!(value, InputValue::Value(_)))
-    };
-    if !is_wired("flow") {
+    if !job.input("flow").is_some_and(InputValue::is_wired) {
         return Ok(None);
     }
-    fetch(job)?;
+    job.inputs.iter().try_for_each(InputValue::fetch)?;
     warm::depths(job, &Inputs::read(job)?, params)
 }
