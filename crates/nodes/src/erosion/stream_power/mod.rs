@@ -101,8 +101,9 @@ params! {
     roughness: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
     rounding: f64 = 0.1, One, 0.0..=100.0, soft 0..=0.5;
-    /// How much rivers wind: the variation of the erodibility from cell to cell of their beds, as the standard deviation of
-    /// its natural logarithm. With 0, rivers run straight for long stretches.
+    /// How much rivers wind: how much the erodibility varies from cell to cell along them.
+    ///
+    /// It is the standard deviation of its natural logarithm. With 0, rivers run straight for long stretches.
     winding: f64 = 0.5, One, 0.0..=2.0, soft 0..=1.5;
     /// Factor on the uplift over the run: x is the time, from 0 at the start to 1 at the end.
     ///
