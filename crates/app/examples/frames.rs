@@ -6,19 +6,17 @@
 //!
 //! A graph of 1000 nodes, all in view, with a map of 4096 x 4096 cells in the viewport. Each line is the processor time
 //! of the window's thread for a frame, whatever else the machine does: the median and the longest of 120 frames. There is
-//! no graphics device, so drawing is left out. Then the milliseconds from an event until the first preview with it is
-//! drawn, and until that of 512 cells is: for a handle that is dragged on the map, and for a value right behind the
-//! slowest node of 100, with the last of them shown; medians of five.
+//! no graphics device, so drawing is left out.
+//!
+//! Then the milliseconds from an event until its first preview is drawn, and until its preview of 512 cells is drawn:
+//! for a handle that is dragged on the map, and for values of two nodes in a chain of 100, of which the last is shown:
+//! the one behind the slowest node, and the last. Medians of five events.
 
 #![expect(clippy::disallowed_methods, reason = "it measures time")]
 
 mod measure;
 
-use std::{
-    path::Path,
-    thread,
-    time::{Duration, Instant},
-};
+use std::{path::Path, time::Instant};
 
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, TouchPhase, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -134,28 +132,11 @@ fn frames(folder: &Path) {
 /// Milliseconds until the newest state of the document is drawn, with any and with all cells.
 fn drawn(window: &mut Harness<'_, App>, start: Instant) -> [f64; 2] {
     let revision = window.state().session().revision();
-    let mut passed = [None; 2];
-    while passed[1].is_none() {
-        let begun = Instant::now();
-        window.step();
-        let seen = window.state().seen().filter(|(seen, _)| *seen == revision).map_or(0, |(_, cells)| cells);
-        for (passed, has) in passed.iter_mut().zip([seen > 0, seen >= 512]) {
-            if has && passed.is_none() {
-                *passed = Some(start.elapsed().as_secs_f64() * 1e3);
-            }
-        }
-        // an event of the worker wakes the window; at most sixty frames a second
-        thread::sleep(Duration::from_millis(16).saturating_sub(begun.elapsed()));
-    }
-    passed.map(|passed| passed.unwrap_or_default())
+    measure::passed(window, start, |app| [1, 512].map(|cells| measure::seen(app, revision) >= cells))
 }
 
-fn medians(what: &str, mut times: Vec<[f64; 2]>, kernels: &str) {
-    let middle = |at: usize, times: &mut Vec<[f64; 2]>| {
-        times.sort_by(|a, b| a[at].total_cmp(&b[at]));
-        times[times.len() / 2][at]
-    };
-    let [first, full] = [middle(0, &mut times), middle(1, &mut times)];
+fn row(what: &str, times: &[[f64; 2]], kernels: &str) {
+    let [first, full] = measure::medians(times);
     println!("| {what} | {first:.0} | {full:.0} | {kernels} |");
 }
 
@@ -183,24 +164,19 @@ fn handle(folder: &Path) {
         settle(&mut window);
         times
     });
-    let times = times.collect();
+    let times: Vec<[f64; 2]> = times.collect();
     button(&mut window, at, false);
-    medians("handle dragged", times, "");
+    row("handle dragged", &times, "");
 }
 
 /// A value of the node behind the slowest of 100 nodes; the last of them is shown.
 fn behind_the_slowest(folder: &Path) {
-    let node = |number: usize| match number {
-        0 => "\"n0\": Perlin(wavelength: \"6 km\", octaves: 10, amplitude: \"900 m\")".to_owned(),
-        1 => "\"n1\": StreamPower(height: \"n0\", uplift: 0.001, duration: \"500 kyr\")".to_owned(),
-        _ => format!("\"n{number}\": Terrace(height: \"n{}\")", number - 1),
-    };
-    let nodes: Vec<String> = (0..100).map(node).collect();
+    let head = [
+        "Perlin(wavelength: \"6 km\", octaves: 10, amplitude: \"900 m\")",
+        "StreamPower(height: \"n0\", uplift: 0.001, duration: \"500 kyr\")",
+    ];
+    let graph = measure::chain(&head, 100, "n99");
     for (edited, what) in [(2, "98 nodes behind the edit"), (99, "the last node")] {
-        let graph = format!(
-            "(world: (size: \"16 km\", cells: 512), nodes: {{ {} }}, outputs: {{ \"o\": \"n99\" }})",
-            nodes.join(", ")
-        );
         let mut window = measure::window(folder, &graph);
         let session = window.state_mut().session_mut();
         session.set_cells(512);
@@ -218,6 +194,6 @@ fn behind_the_slowest(folder: &Path) {
         let session = window.state().session();
         let kernels = (edited..100).filter_map(|number| session.node(&format!("n{number}")).time);
         let kernels: f64 = kernels.map(|(time, _)| time.as_secs_f64() * 1e3).sum();
-        medians(what, times, &format!("{kernels:.0}"));
+        row(what, &times, &format!("{kernels:.0}"));
     }
 }

@@ -54,8 +54,6 @@ const DRAGS: [Drag; 3] =
 
 /// Edits of each drag.
 const EDITS: usize = 5;
-/// The time between two frames.
-const FRAME: Duration = Duration::from_millis(16);
 
 fn main() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -66,7 +64,8 @@ fn main() {
             latency(folder.path(), GRAPH, drag, cells, drag.0);
         }
     }
-    latency(folder.path(), &row(100), ("n99", "step", [100.0, 3.0]), 512, "last of 100");
+    let chain = measure::chain(&["Perlin(wavelength: \"6 km\", amplitude: \"900 m\")"], 100, "n0");
+    latency(folder.path(), &chain, ("n99", "step", [100.0, 3.0]), 512, "last of 100");
     println!("\n| 1024 cells | ms |\n| --- | ---: |");
     export_and_reopen(folder.path());
 }
@@ -79,38 +78,21 @@ fn latency(folder: &Path, graph: &str, (node, name, [first, step]): Drag, cells:
     session.select_only(node);
     let port = session.shown().expect("it has an output");
     settle(&mut window);
-    let mut times = [const { Vec::new() }; 5];
-    for edit in 0..EDITS {
+    let times = (0..EDITS).map(|edit| {
         let text = format!("{}", first + step * (edit + 1) as f64);
         let (start, before) = (Instant::now(), spent(true));
         let edit = Edit::SetText { node: node.to_owned(), name: name.to_owned(), text };
         assert!(window.state_mut().session_mut().gesture(&edit));
         let revision = window.state().session().revision();
-        let mut passed = [None; 4];
-        while passed[3].is_none() {
-            let begun = start.elapsed();
-            window.step();
-            let session = window.state().session();
-            let built = session.built(&port).filter(|built| built.revision == revision && built.step == 0);
-            let built = built.map_or(0, |built| built.cells);
-            let seen = window.state().seen().filter(|(seen, _)| *seen == revision).map_or(0, |(_, cells)| cells);
-            let now = start.elapsed();
-            for (passed, has) in passed.iter_mut().zip([built > 0, seen > 0, built >= cells, seen >= cells]) {
-                if has && passed.is_none() {
-                    *passed = Some(now);
-                }
-            }
-            thread::sleep(FRAME.saturating_sub(now - begun));
-        }
-        let passed = passed.map(|passed: Option<Duration>| passed.map_or(0.0, |passed| passed.as_secs_f64() * 1e3));
-        for (times, passed) in times.iter_mut().zip(passed.into_iter().chain([spent(true) - before])) {
-            times.push(passed);
-        }
-    }
-    let medians = times.map(|mut times| {
-        times.sort_by(f64::total_cmp);
-        format!("{:.0}", times[EDITS / 2])
+        let [quick, drawn, all, drawn_all] = measure::passed(&mut window, start, |app| {
+            let built = app.session().built(&port).filter(|built| built.revision == revision && built.step == 0);
+            let (built, seen) = (built.map_or(0, |built| built.cells), measure::seen(app, revision));
+            [built > 0, seen > 0, built >= cells, seen >= cells]
+        });
+        [quick, drawn, all, drawn_all, spent(true) - before]
     });
+    let times: Vec<[f64; 5]> = times.collect();
+    let medians = measure::medians(&times).map(|median| format!("{median:.0}"));
     println!("| {title} | {cells} | {} |", medians.join(" | "));
 }
 
@@ -173,15 +155,4 @@ fn has_bytes(folder: &Path) -> bool {
         Ok(found) => found.len() > 0,
         Err(_) => false,
     })
-}
-
-/// This many nodes, each reading the one before.
-fn row(count: usize) -> String {
-    let nodes: Vec<String> = (0..count)
-        .map(|number| match number.checked_sub(1) {
-            None => "\"n0\": Perlin(wavelength: \"6 km\", amplitude: \"900 m\")".to_owned(),
-            Some(before) => format!("\"n{number}\": Terrace(height: \"n{before}\")"),
-        })
-        .collect();
-    format!("(world: (size: \"16 km\", cells: 512), nodes: {{ {} }}, outputs: {{ \"o\": \"n0\" }})", nodes.join(", "))
 }

@@ -45,14 +45,14 @@ impl Running {
         }
     }
 
-    /// Sends the signal of Ctrl-C; returns the exit code and how long the program continued.
-    fn interrupt(mut self) -> (Option<i32>, Duration) {
+    /// Sends the signal of Ctrl-C; returns the exit code.
+    fn interrupt(mut self) -> Option<i32> {
         let sent = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().expect("kill runs");
         assert!(sent.success());
         let start = now();
         loop {
             if let Some(status) = self.child.try_wait().expect("is a child") {
-                return (status.code(), start.elapsed());
+                return status.code();
             }
             assert!(start.elapsed() < PATIENCE, "it goes on");
             std::thread::sleep(Duration::from_millis(2));
@@ -68,7 +68,7 @@ impl Drop for Running {
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "the test measures how long the program takes to end")]
+#[expect(clippy::disallowed_methods, reason = "what waits for another program gives up in the end")]
 fn now() -> Instant {
     Instant::now()
 }
@@ -81,16 +81,14 @@ fn long_graph() -> String {
 }
 
 #[test]
-fn ctrl_c_stops_a_run_at_once_and_leaves_nothing() {
+fn ctrl_c_stops_a_run_and_leaves_nothing() {
     let place = Place::new();
     place.write("long.ron", &long_graph());
     fs::create_dir(place.path("out")).expect("made");
     place.write("out/n0.exr", "from before");
     let running = Running::start(&place, &["run", "long.ron", "--json"]);
     running.wait_for("\"event\":\"node\"");
-    let (code, time) = running.interrupt();
-    assert_eq!(code, Some(130));
-    assert!(time < Duration::from_secs(1), "it went on for {time:?}");
+    assert_eq!(running.interrupt(), Some(130));
     assert_eq!(place.names("out"), ["n0.exr"]);
     assert_eq!(place.read("out/n0.exr"), "from before");
 }
@@ -126,8 +124,7 @@ fn watching_rebuilds_at_every_save_and_survives_errors() {
     running.wait_for("land.tif changed");
     running.wait_for("watching g.ron");
     assert_ne!(place.read("out/height.exr.json"), first, "the land is another");
-    let (code, time) = running.interrupt();
-    assert_eq!((code, time < Duration::from_secs(1)), (Some(0), true), "{time:?}");
+    assert_eq!(running.interrupt(), Some(0));
 }
 
 #[test]
@@ -142,7 +139,7 @@ fn watching_prints_events_for_programs() {
     running.wait_for(r#""code":"unknown-node""#);
     running.wait_for(r#""event":"error""#);
     running.wait_for(r#""event":"watching""#);
-    assert_eq!(running.interrupt().0, Some(0));
+    assert_eq!(running.interrupt(), Some(0));
 }
 
 #[test]
@@ -165,7 +162,7 @@ fn watching_follows_the_files_that_a_graph_uses() {
     place.write("lib/dem.ron", &inner.replace("nodes", "/* saved */ nodes"));
     running.wait_for("dem.ron changed");
     running.wait_for("watching g.ron");
-    assert_eq!(running.interrupt().0, Some(0));
+    assert_eq!(running.interrupt(), Some(0));
 }
 
 /// A link to a link to a file in another folder, for the graph and for what it reads.
@@ -193,7 +190,7 @@ fn watching_follows_links() {
     place.write("real/graph.ron", &graph.replace("16", "8"));
     running.wait_for("g.ron changed");
     running.wait_for("watching work/g.ron");
-    assert_eq!(running.interrupt().0, Some(0));
+    assert_eq!(running.interrupt(), Some(0));
 }
 
 /// A link to a folder on the way to the graph that is led elsewhere, after which files of the new folder count.
@@ -221,7 +218,7 @@ fn watching_follows_a_folder_link_that_is_led_elsewhere() {
     running.wait_for("watching");
     place.write("two/deep/g.ron", &graph(6));
     running.wait_for("6 x 6");
-    assert_eq!(running.interrupt().0, Some(0));
+    assert_eq!(running.interrupt(), Some(0));
 }
 
 #[test]
@@ -231,8 +228,7 @@ fn watching_a_graph_that_names_a_pipe_ends_with_ctrl_c() {
     place.write("g.ron", r#"(nodes: { "a": Subgraph(file: "pipe.ron") }, outputs: { "height": "a" })"#);
     let running = Running::start(&place, &["watch", "g.ron"]);
     running.wait_for("watching g.ron");
-    let (code, time) = running.interrupt();
-    assert_eq!((code, time < Duration::from_secs(1)), (Some(0), true), "{time:?}");
+    assert_eq!(running.interrupt(), Some(0));
 }
 
 #[test]
@@ -251,5 +247,5 @@ fn a_save_restarts_an_outdated_build() {
     running.wait_for("built 4 files");
     running.wait_for("watching g.ron");
     assert_eq!(place.names("out").len(), 6, "{:?}", place.names("out"));
-    assert_eq!(running.interrupt().0, Some(0));
+    assert_eq!(running.interrupt(), Some(0));
 }

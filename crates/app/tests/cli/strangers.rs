@@ -17,6 +17,9 @@ fn using(file: &str) -> String {
     format!("(nodes: {{ \"a\": Subgraph(file: \"{file}\") }}, outputs: {{ \"height\": \"a\" }})")
 }
 
+/// Much longer than a refusal takes on a busy machine, much shorter than 10^14 nodes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
 #[expect(clippy::disallowed_methods, reason = "measures the time")]
 fn now() -> Instant {
     Instant::now()
@@ -92,7 +95,7 @@ fn lines_of_other_files_are_not_printed() {
 
 /// 15 files that each use the next ten times.
 #[test]
-fn files_that_multiply_are_refused_at_once() {
+fn files_that_multiply_are_refused() {
     let place = Place::new();
     place.write("14.ron", "(nodes: { \"n0\": Constant }, outputs: { \"o\": \"n0\" })");
     for level in 0..14 {
@@ -104,7 +107,7 @@ fn files_that_multiply_are_refused_at_once() {
         let start = now();
         let said = ["the graph has 211110 nodes", "10.ron` has 21110 nodes and is used 10 times", "9.ron:1:"];
         place.run(&[command, "0.ron"]).ended(1, &said);
-        assert!(start.elapsed() < Duration::from_secs(5), "{command}: {:?}", start.elapsed());
+        assert!(start.elapsed() < PATIENCE, "{command}: {:?}", start.elapsed());
     }
 }
 

@@ -64,16 +64,42 @@ fn a_colour_is_taken_from_the_window() {
     window.event(picture(egui::Color32::from_rgb(1, 2, 3)));
     window.run_steps(3);
     assert_eq!((first(&window), revision(&window)), (before.clone(), 0));
+    // The colour is that of the clicked point, which is another one where rows and columns are exchanged.
+    let shown = crate::picture(&mut window, "eyedropper").expect("there is a device");
+    let [here, exchanged] = [(400, 300), (300, 400)].map(|(x, y)| {
+        let [red, green, blue, _] = shown.get_pixel(x, y).0;
+        format!("#{red:02x}{green:02x}{blue:02x}")
+    });
+    assert!(here != exchanged && here != before, "{here} {exchanged}");
     crate::hand::click(&mut window, button);
     crate::hand::click(&mut window, at);
     assert_eq!(window.state().session().selected(), Some("sand"), "the click takes a colour and nothing else");
     window.run_steps(3);
     let taken = first(&window);
-    assert!(taken != before && revision(&window) == 1, "{taken}");
+    assert_eq!((taken.as_str(), revision(&window)), (here.as_str(), 1));
     // The eyedropper has done its work.
     window.event(picture(egui::Color32::from_rgb(1, 2, 3)));
     window.run_steps(3);
     assert_eq!(first(&window), taken);
+}
+
+/// The eyedropper of a field that is no longer shown ends: clicks are clicks again, and the field that comes back takes
+/// no colour.
+#[test]
+fn the_eyedropper_ends_with_its_field() {
+    let mut window = selected("mesas.ron", "sand");
+    let dropper = window.query_all_by_label_contains("Take a colour").next().expect("a button").rect().center();
+    crate::hand::click(&mut window, dropper);
+    let session = window.state_mut().session_mut();
+    let other = session.document().nodes().iter().map(|entry| entry.name.clone()).find(|name| name != "sand");
+    session.select_only(&other.expect("there are others"));
+    window.run_steps(5);
+    window.state_mut().session_mut().select_only("sand");
+    window.run_steps(5);
+    let ground = window.get_by_label("graph").rect().left_bottom() + egui::vec2(60.0, -12.0);
+    crate::hand::click(&mut window, ground);
+    assert_eq!(window.state().session().selected(), None, "a click beside the nodes selects none");
+    assert_eq!(window.state().session().document().steps(), 0);
 }
 
 #[test]

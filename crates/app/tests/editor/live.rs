@@ -147,15 +147,10 @@ fn a_node_runs_on_the_backend_that_is_chosen_for_it() {
     session.set_cells(96);
     session.select_only("storm");
     let wait = |session: &mut Session, what: &str, until: &dyn Fn(&Session) -> bool| {
-        let start = Instant::now();
-        loop {
+        crate::wait(what, || {
             session.poll();
-            if until(session) {
-                return;
-            }
-            assert!(start.elapsed() < Duration::from_secs(300), "{what}");
-            std::thread::sleep(Duration::from_millis(5));
-        }
+            until(session)
+        });
     };
     let samples = |session: &Session| match &session.built("storm.height").expect("it is built").value {
         Value::Field(field) => field.clone(),

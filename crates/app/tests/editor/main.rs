@@ -2,6 +2,7 @@
 #![cfg(feature = "editor")]
 #![expect(clippy::disallowed_methods, reason = "what waits for another thread gives up in the end")]
 
+mod backends;
 mod brush;
 mod canvas;
 mod clipboard;

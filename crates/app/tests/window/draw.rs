@@ -1,12 +1,11 @@
 //! A river and a road, drawn with the mouse on the terrain, shape it, and can be dragged after the file is opened again.
 
-use std::{thread, time::Duration};
-
+use image::Rgb;
 use orograph_graph::{Document, ParamValue};
 
 use crate::{
     EditorProcess,
-    screen::{TRIAL, until, within},
+    screen::{Area, TRIAL, around, count, pixels, until, within},
 };
 
 /// Level land with two nodes that carve paths, which nobody has drawn yet.
@@ -27,8 +26,15 @@ const LAND: &str = r#"(
 const RIVER: [[i32; 2]; 3] = [[330, 200], [450, 180], [620, 230]];
 const ROAD: [[i32; 2]; 2] = [[420, 155], [720, 240]];
 const ASIDE: [i32; 2] = [150, 130];
-/// Longer than a frame usually takes without a graphics card.
-const REST: Duration = Duration::from_millis(1200);
+
+/// The titles of the nodes with a path, in the view in which the graph opens.
+const CARDS: [(&str, [i32; 2]); 2] = [("river", [475, 476]), ("road", [715, 476])];
+/// The inspector's field with the name of the selected node, and the button of the drawing tool.
+const NAME: Area = [952, 64, 1250, 90];
+const BUTTON: Area = [504, 58, 548, 77];
+/// Colours of the dark theme: a button that is on, and a handle under the pointer or picked.
+const ON: Rgb<u8> = Rgb([0x1f, 0x66, 0x66]);
+const HOT: Rgb<u8> = Rgb([0xff; 3]);
 
 fn path(work: &Document, node: &str) -> Vec<[f64; 2]> {
     let graph = work.graph();
@@ -40,35 +46,39 @@ fn path(work: &Document, node: &str) -> Vec<[f64; 2]> {
 
 impl EditorProcess {
     /// Switches the drawing tool on.
+    #[track_caller]
     fn take_tool(&self) {
         self.turn_to_graph();
         self.screen.point(ASIDE);
-        thread::sleep(REST);
         self.screen.keys(&["p"]);
-        thread::sleep(REST);
+        until("the tool is on", || (count(&self.screen.picture()?, BUTTON, ON) > 300).then_some(()));
     }
 
-    /// Selects a node with the search of the graph, then points at the viewport.
+    /// Selects a node, until the inspector shows another name than before.
     #[track_caller]
     fn choose(&self, node: &str) {
+        let (_, card) = CARDS.into_iter().find(|(name, _)| *name == node).expect("it has a card");
         self.turn_to_graph();
-        let letters: Vec<String> = node.chars().map(String::from).collect();
-        let name: Vec<&str> = letters.iter().map(String::as_str).collect();
-        for keys in [&["ctrl+f"][..], &name, &["Return"], &["Escape"]] {
-            self.screen.keys(keys);
-            thread::sleep(REST);
-        }
-        self.screen.point(ASIDE);
-        thread::sleep(REST);
+        let name = || Some(pixels(&self.screen.picture()?, NAME));
+        let before = until("a picture", name);
+        until("the node is selected", || {
+            self.screen.click(card);
+            within(TRIAL, || name().filter(|now| *now != before))
+        });
     }
 
-    /// Clicks places in the viewport with the drawing tool, until the line has as many points.
+    /// Returns Some if a handle near a position is under the pointer or picked.
+    fn handle(&self, at: [i32; 2]) -> Option<()> {
+        (count(&self.screen.picture()?, around(at, 12), HOT) > 50).then_some(())
+    }
+
+    /// Clicks places in the viewport with the drawing tool, each once the point before it is seen.
     #[track_caller]
     fn draw(&self, node: &str, places: &[[i32; 2]]) -> Vec<[f64; 2]> {
         self.choose(node);
         for at in places {
             self.screen.click(*at);
-            thread::sleep(REST);
+            until("the point is drawn", || self.handle(*at));
         }
         self.until(&format!("{node} is drawn"), |work| {
             let points = path(work, node);
@@ -82,7 +92,7 @@ impl EditorProcess {
     fn pull(&self, node: &str, point: usize, [from, to]: [[i32; 2]; 2], before: &[[f64; 2]]) {
         until("the point follows", || {
             let moved = || self.work().filter(|work| path(work, node)[point] != before[point]);
-            self.screen.drag(from, to, moved);
+            self.screen.drag([from, to], || self.handle(from), moved);
             within(TRIAL, moved)
         });
         let now = path(&self.work().expect("a journal"), node);
@@ -96,6 +106,7 @@ impl EditorProcess {
 fn a_river_and_a_road_are_drawn_and_dragged_again_after_reopening() {
     let Some(mut editor) = EditorProcess::new(LAND) else { return };
     editor.start();
+    editor.until_land();
     editor.take_tool();
     let river = editor.draw("river", &RIVER);
     let road = editor.draw("road", &ROAD);
@@ -111,6 +122,7 @@ fn a_river_and_a_road_are_drawn_and_dragged_again_after_reopening() {
     // Opened again, both lines are dragged where they are seen.
     editor.start();
     editor.until_saved();
+    editor.until_land();
     editor.take_tool();
     editor.choose("river");
     editor.pull("river", 1, [RIVER[1], [RIVER[1][0] + 30, RIVER[1][1] - 20]], &river);

@@ -22,12 +22,16 @@ use std::{
     process::{Child, Command, Stdio},
 };
 
+use image::RgbImage;
 use orograph_graph::{Document, Recovered, recover};
-use screen::{Screen, until};
+use screen::{Area, Screen, TRIAL, colours, until, within};
 
 /// Position of the help button of the canvas, which is bright only while the pointer is over it.
 const SIGN: [i32; 2] = [29, 666];
 const BRIGHT: u8 = 0xb0;
+
+/// The viewport in the window.
+const VIEWPORT: Area = [20, 100, 920, 380];
 
 /// A graph file without nodes.
 const EMPTY: &str = "// Drawn by hand.\n(\n    format: 1,\n    world: (size: \"8 km\", cells: 128, seed: 3),\n    \
@@ -130,15 +134,22 @@ impl EditorProcess {
         until("there is work that is not saved", || self.title().starts_with('\u{2022}').then_some(()));
     }
 
+    /// Waits until the viewport shows terrain in 3D. Until then a click or a drag would be over before the window sees it:
+    /// the first such frame takes long.
+    #[track_caller]
+    fn until_land(&self) -> RgbImage {
+        until("land is seen", || self.screen.picture().filter(|seen| colours(seen, VIEWPORT) > 2500))
+    }
+
     /// Waits until the canvas has the keyboard focus, which follows the pointer with the next frame.
     #[track_caller]
     fn turn_to_graph(&self) {
-        self.screen.point(SIGN);
         until("the pointer is seen over the graph", || {
-            let seen = self.screen.picture()?;
-            let around = |at: i32| (at - 12) as u32..(at + 12) as u32;
-            let mut pixels = around(SIGN[1]).flat_map(|y| around(SIGN[0]).map(move |x| (x, y)));
-            pixels.any(|(x, y)| seen.get_pixel(x, y)[0] > BRIGHT).then_some(())
+            self.screen.point(SIGN);
+            within(TRIAL, || {
+                let seen = screen::pixels(&self.screen.picture()?, screen::around(SIGN, 12));
+                seen.into_iter().any(|pixel| pixel[0] > BRIGHT).then_some(())
+            })
         });
     }
 
@@ -147,8 +158,7 @@ impl EditorProcess {
     fn recover(&self) {
         until("the work is taken up", || {
             self.screen.keys(&["Return"]);
-            std::thread::sleep(std::time::Duration::from_millis(200));
-            self.title().starts_with('\u{2022}').then_some(())
+            within(TRIAL, || self.title().starts_with('\u{2022}').then_some(()))
         });
     }
 

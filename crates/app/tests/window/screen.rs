@@ -1,22 +1,22 @@
 //! A virtual display, with its pointer, keyboard and picture.
 
 use std::{
+    collections::HashSet,
     io::{BufRead as _, BufReader, Write as _},
     process::{Child, Command, Stdio},
     thread,
     time::{Duration, Instant},
 };
 
-use image::RgbImage;
+use image::{Rgb, RgbImage};
 
 /// Size in pixels of the display and of the window; a smaller one is drawn faster.
 pub(crate) const SIZE: [u32; 2] = [1280, 720];
-/// Timeout: longer than any of these operations takes on a busy machine without a graphics card.
-const PATIENCE: Duration = Duration::from_secs(120);
-/// Time for a pointer movement to take effect before it is repeated.
-pub(crate) const TRIAL: Duration = Duration::from_secs(15);
-/// Usually longer than a frame.
-const REST: Duration = Duration::from_millis(500);
+/// Timeout: longer than any of these operations takes on a busy machine without a graphics card, where the first frame
+/// with terrain can take a minute.
+const PATIENCE: Duration = Duration::from_secs(300);
+/// Time for an action of the pointer to take effect before it is repeated.
+pub(crate) const TRIAL: Duration = Duration::from_secs(40);
 /// The variable that makes a missing tool a failure.
 const VARIABLE: &str = "OROGRAPH_ALL_TESTS";
 /// The tools, each with an argument that makes it exit at once.
@@ -38,6 +38,29 @@ pub(crate) fn within<T>(time: Duration, mut look: impl FnMut() -> Option<T>) -> 
         }
         thread::sleep(Duration::from_millis(20));
     }
+}
+
+/// A part of a picture: left, top, right, bottom.
+pub(crate) type Area = [u32; 4];
+
+/// The colours in a part of a picture.
+pub(crate) fn pixels(picture: &RgbImage, [left, top, right, bottom]: Area) -> Vec<Rgb<u8>> {
+    (top..bottom).flat_map(|y| (left..right).map(move |x| *picture.get_pixel(x, y))).collect()
+}
+
+/// The number of colours in a part of a picture.
+pub(crate) fn colours(picture: &RgbImage, area: Area) -> usize {
+    pixels(picture, area).into_iter().collect::<HashSet<_>>().len()
+}
+
+/// The number of pixels of a colour in a part of a picture.
+pub(crate) fn count(picture: &RgbImage, area: Area, colour: Rgb<u8>) -> usize {
+    pixels(picture, area).into_iter().filter(|pixel| *pixel == colour).count()
+}
+
+/// The square of this half side around a position.
+pub(crate) fn around([x, y]: [i32; 2], by: i32) -> Area {
+    [x - by, y - by, x + by, y + by].map(|x| x as u32)
 }
 
 /// A display in memory.
@@ -112,11 +135,10 @@ impl Screen {
         self.step(at);
     }
 
-    /// Clicks at a position, with a pause so that a slow window sees the pointer there first.
+    /// Clicks at a position.
     #[track_caller]
     pub(crate) fn click(&self, at: [i32; 2]) {
         self.point(at);
-        thread::sleep(REST);
         self.tell(&["click", "1"]);
     }
 
@@ -126,18 +148,21 @@ impl Screen {
         self.tell(&["mousemove", &x, &y]);
     }
 
-    /// Drags from one position to another. The button is released when `seen` finds something, or after a timeout: a
-    /// slow window would take a quick drag for a click. It merges all movements within one frame; hence the pauses, and
-    /// the retries of the callers.
+    /// Drags from one position to another. The button is pressed when `ready` finds that the window has seen the pointer,
+    /// and released when `seen` finds something, or after a timeout, so that the callers try again.
     #[track_caller]
-    pub(crate) fn drag<T>(&self, from: [i32; 2], to: [i32; 2], mut seen: impl FnMut() -> Option<T>) -> Option<T> {
+    pub(crate) fn drag<T>(
+        &self,
+        [from, to]: [[i32; 2]; 2],
+        ready: impl FnMut() -> Option<()>,
+        seen: impl FnMut() -> Option<T>,
+    ) -> Option<T> {
         self.point(from);
-        thread::sleep(REST);
+        within(TRIAL, ready)?;
         self.tell(&["mousedown", "1"]);
-        thread::sleep(REST);
         self.step([(from[0] + to[0]) / 2, (from[1] + to[1]) / 2]);
         self.step(to);
-        let found = within(TRIAL, &mut seen);
+        let found = within(TRIAL, seen);
         self.tell(&["mouseup", "1"]);
         found
     }

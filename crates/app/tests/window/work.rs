@@ -1,13 +1,13 @@
 //! An hour of work in a few seconds: nodes, a wire, a slider, undo, save, a crash.
 
-use std::{collections::HashSet, thread, time::Duration};
+use std::{thread, time::Duration};
 
 use image::{Rgb, RgbImage};
 use orograph_graph::{Document, diff};
 
 use crate::{
-    EMPTY, EditorProcess, document,
-    screen::{TRIAL, until, within},
+    EMPTY, EditorProcess, VIEWPORT, document,
+    screen::{Area, TRIAL, around, colours, count, pixels, until, within},
 };
 
 /// Where nodes are added in the window. Positions are rounded to twelve units, and these two differ by half of that in
@@ -21,20 +21,13 @@ const FIRST_PIN: f64 = 141.5;
 /// The grid step of positions.
 const GRID: f64 = 12.0;
 
-/// The areas of the viewport and of the inspector's values in the window.
-const LAND: [u32; 4] = [20, 100, 920, 380];
-const VALUES: [u32; 4] = [950, 50, 1270, 690];
+/// The area of the inspector's values in the window.
+const VALUES: Area = [950, 50, 1270, 690];
 
 /// Colours of the dark theme: a slider's rail before its handle and after it, and its handle under the pointer while no
 /// button is pressed.
 const RAIL: [Rgb<u8>; 2] = [Rgb([0x1f, 0x66, 0x66]), Rgb([0x33, 0x38, 0x3d])];
 const HANDLE: Rgb<u8> = Rgb([0x3e, 0x44, 0x4a]);
-
-/// The number of colours in a part of a picture.
-fn colours(picture: &RgbImage, [left, top, right, bottom]: [u32; 4]) -> usize {
-    let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
-    pixels.map(|(x, y)| *picture.get_pixel(x, y)).collect::<HashSet<Rgb<u8>>>().len()
-}
 
 /// The ends of the rail of the topmost slider among the values. A rail has the colours of a button but is thinner.
 fn slider(picture: &RgbImage) -> Option<[[i32; 2]; 2]> {
@@ -106,7 +99,7 @@ fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
     let Some(mut editor) = EditorProcess::new(EMPTY) else { return };
     editor.start();
     // Without terrain the viewport shows only a line of text.
-    until("the window is drawn", || (8..1000).contains(&colours(&editor.screen.picture()?, LAND)).then_some(()));
+    until("the window is drawn", || (8..1000).contains(&colours(&editor.screen.picture()?, VIEWPORT)).then_some(()));
 
     // Two nodes, by keys alone. The second has no input, so it is not wired to the first.
     editor.turn_to_graph();
@@ -116,38 +109,45 @@ fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
     }
     editor.until_unsaved();
 
-    // A wire between them.
-    let work = editor.work().expect("written");
-    assert_eq!(source(&work, "terrace"), None);
-    let [from, to] = pins(&work);
-    let around = [to[0] - 60, to[1] - 30, to[0] - 20, to[1] + 30].map(|x| x as u32);
-    let free = until("a picture", || editor.screen.picture());
-    until("the wire", || {
-        editor.screen.drag(from, to, || {
-            let seen = editor.screen.picture()?;
-            (colours(&seen, around) > colours(&free, around)).then_some(())
-        });
-        within(TRIAL, || (source(&editor.work()?, "terrace").as_deref() == Some("ridged.height")).then_some(()))
-    });
-
     // The terrain of the last added node appears.
-    let land = until("land is seen", || editor.screen.picture().filter(|seen| colours(seen, LAND) > 5000));
+    let land = editor.until_land();
     if let Some(folder) = std::env::var_os("OROGRAPH_PICTURES") {
         land.save(std::path::PathBuf::from(folder).join("window.png")).expect("the folder can be written to");
     }
+
+    // A wire between them. Escape closes the menu that a wire opens which ends on no pin.
+    let work = editor.work().expect("written");
+    assert_eq!(source(&work, "terrace"), None);
+    let [from, to] = pins(&work);
+    let before_pin = [to[0] - 60, to[1] - 30, to[0] - 20, to[1] + 30].map(|x| x as u32);
+    until("the wire", || {
+        editor.screen.keys(&["Escape"]);
+        editor.screen.point(PLACES[1]);
+        let free = editor.screen.picture()?;
+        let is_pointed_at = || {
+            let pin = around(from, 12);
+            (pixels(&editor.screen.picture()?, pin) != pixels(&free, pin)).then_some(())
+        };
+        editor.screen.drag([from, to], is_pointed_at, || {
+            let seen = editor.screen.picture()?;
+            (colours(&seen, before_pin) > colours(&free, before_pin)).then_some(())
+        });
+        within(TRIAL, || (source(&editor.work()?, "terrace").as_deref() == Some("ridged.height")).then_some(()))
+    });
 
     // A drag of a slider, one undo and one redo.
     let work = editor.work().expect("written");
     let [left, right] = slider(&land).expect("there is a slider");
     let at = |share: f64| [(f64::from(left[0]) + share * f64::from(right[0] - left[0])) as i32, left[1]];
+    let rail = [left[0] - 8, left[1] - 8, right[0] + 8, right[1] + 8].map(|x| x as u32);
     until("the value follows", || {
-        editor.screen.drag(at(0.3), at(0.65), || editor.work().filter(|now| now.source() != work.source()))
+        editor.screen.point(PLACES[1]);
+        let free = editor.screen.picture()?;
+        let is_pointed_at = || (pixels(&editor.screen.picture()?, rail) != pixels(&free, rail)).then_some(());
+        let follows = || editor.work().filter(|now| now.source() != work.source());
+        editor.screen.drag([at(0.3), at(0.65)], is_pointed_at, follows)
     });
-    let [x, y] = at(0.65).map(|x| x as u32);
-    until("the slider is let go", || {
-        let seen = editor.screen.picture()?;
-        (x - 6..x + 6).any(|x| *seen.get_pixel(x, y) == HANDLE).then_some(())
-    });
+    until("the slider is let go", || (count(&editor.screen.picture()?, around(at(0.65), 6), HANDLE) > 0).then_some(()));
     let dragged = still(&editor);
     let change = diff(&work, &dragged);
     assert!(change.len() == 1 && change[0].starts_with("ridged."), "{change:?}");

@@ -275,11 +275,7 @@ impl Canvas {
         self.palette = None;
         self.away = false;
         self.gesture = match self.model.hit(lens, order, origin) {
-            Hit::Wire(_) | Hit::Ground | Hit::Pin(_) | Hit::Bend(..) | Hit::Head(_) | Hit::Corner(_)
-                if modifiers.alt =>
-            {
-                Gesture::Pan
-            }
+            hit if modifiers.alt && !matches!(hit, Hit::Card(_)) => Gesture::Pan,
             Hit::Pin(spot) => Gesture::Link(self.link_from(spot, from)),
             Hit::Card(card) => {
                 let held = self.model.cards[card].name.clone();

@@ -26,7 +26,7 @@ impl Canvas {
     pub(super) fn keys(&mut self, ui: &Ui, response: &Response, session: &mut Session) {
         let id = response.id;
         let free = !ui.ctx().text_edit_focused();
-        // A handle in the viewport keeps it until the pointer moves.
+        // A handle in the viewport keeps the keyboard until the pointer moves.
         let still = ui.input(|input| input.pointer.delta() == Vec2::ZERO && !input.pointer.any_pressed());
         let taken = still && viewport::has_keyboard(ui.ctx());
         if free && !taken && response.contains_pointer() && self.palette.is_none() {

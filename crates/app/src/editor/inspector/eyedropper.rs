@@ -18,20 +18,28 @@ enum Stage {
     Waiting(Pos2, u32),
 }
 
+/// The eyedropper of a colour field.
+#[derive(Clone, Copy, Debug)]
+struct Eyedropper {
+    field: Id,
+    stage: Stage,
+    /// The last pass in which its field was shown; without its field it ends.
+    pass: u64,
+}
+
 /// The button, of the colour field with this id. Returns a colour once it is taken; Escape cancels.
 pub(super) fn button(ui: &mut Ui, field: Id) -> Option<Srgb> {
-    let id = Id::new("eyedropper");
+    let (id, pass) = (Id::new("eyedropper"), ui.ctx().cumulative_pass_nr());
     let response = ui.add(egui::Button::new("💧").small().frame(false));
     let name = "Take a colour from the window: click a point of it";
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
     if response.on_hover_text(name).clicked() {
-        ui.data_mut(|data| data.insert_temp(id, (field, Stage::Aiming)));
+        ui.data_mut(|data| data.insert_temp(id, Eyedropper { field, stage: Stage::Aiming, pass }));
         return None;
     }
-    let (of, stage): (Id, Stage) = ui.data(|data| data.get_temp(id))?;
-    if of != field {
-        return None;
-    }
+    let Eyedropper { stage, .. } = ui
+        .data(|data| data.get_temp::<Eyedropper>(id))
+        .filter(|eyedropper| eyedropper.field == field && eyedropper.pass + 1 >= pass)?;
     let next = match stage {
         _ if ui.input(|input| input.key_pressed(Key::Escape)) => Err(None),
         Stage::Aiming => Ok(aim(ui.ctx()).map_or(stage, |at| Stage::Waiting(at, 0))),
@@ -43,12 +51,12 @@ pub(super) fn button(ui: &mut Ui, field: Id) -> Option<Srgb> {
     };
     match next {
         Ok(stage) => {
-            ui.data_mut(|data| data.insert_temp(id, (field, stage)));
+            ui.data_mut(|data| data.insert_temp(id, Eyedropper { field, stage, pass }));
             ui.ctx().request_repaint();
             None
         }
         Err(colour) => {
-            ui.data_mut(|data| data.remove::<(Id, Stage)>(id));
+            ui.data_mut(|data| data.remove::<Eyedropper>(id));
             colour
         }
     }

@@ -122,7 +122,7 @@ fn heading(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str,
         if switch.on_hover_text("Bypass this node").changed() {
             form.judge(id, session.attempt(&Edit::SetMuted { node: name.to_owned(), muted: on }));
         }
-        if session.can_prefer(name) {
+        if cfg!(feature = "gpu") && session.can_prefer(name) {
             backend(ui, session, name);
         }
         ui.add(Label::new(RichText::new(kind).small().weak()).truncate());
@@ -239,6 +239,11 @@ fn state(ui: &mut Ui, session: &mut Session, name: &str) {
     for warning in &info.warnings {
         let colour = ui.visuals().warn_fg_color;
         boxed(ui, colour, warning, None);
+    }
+    if session.lacks_device(name) {
+        let colour = ui.visuals().warn_fg_color;
+        let hint = "`orograph devices` lists the graphics drivers.";
+        boxed(ui, colour, "Computed on the CPU: no graphics device is available.", Some(hint));
     }
 }
 

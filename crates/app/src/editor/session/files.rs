@@ -271,7 +271,9 @@ impl Session {
     pub(super) fn replace(&mut self, text: &str) {
         self.end_gesture();
         let before = self.document.steps();
+        let nodes = self.document.nodes().iter().map(|entry| entry.name.clone()).collect();
         self.document.replace(text);
+        self.keep_preferred_of(&nodes);
         self.made(before);
         self.changed();
     }

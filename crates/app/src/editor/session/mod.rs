@@ -230,7 +230,7 @@ impl Session {
         self.end_gesture();
         let before = self.document.steps();
         self.document.apply(edit).map_err(|error| error.to_string())?;
-        self.rename_preferred(edit);
+        self.keep_preferred(edit);
         self.made(before);
         self.changed();
         Ok(())

@@ -1,11 +1,14 @@
 //! The backends that nodes should run on. They belong to the machine rather than to the terrain, so that they are kept
 //! with the session and never in a file; no undo step changes them.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use orograph_graph::{Edit, Graph, Prefer};
 
-use super::{Session, worker};
+use super::{NodeState, Session, worker};
 
 /// Backends by the names of nodes; others have [`Prefer::Auto`].
 #[derive(Clone, Debug, Default)]
@@ -55,6 +58,23 @@ impl Session {
         graph.indices().any(|index| worker::outer(&graph.instance(index).name) == node && kernel(index))
     }
 
+    /// Returns true if a node should run on a device, and has a kernel for its settings, but was computed on the CPU: no
+    /// device could be opened, or it was lost.
+    #[must_use]
+    pub fn lacks_device(&self, node: &str) -> bool {
+        let graph = self.document.graph();
+        let has_kernel = graph.find(node).is_ok_and(|index| {
+            let instance = graph.instance(index);
+            let covers = instance.node.gpu.is_some_and(|kernel| (kernel.covers)(&instance.params));
+            covers && instance.node.levels.is_none()
+        });
+        let info = self.node(node);
+        has_kernel
+            && self.preferred(node) == Prefer::Device
+            && matches!(info.state, NodeState::Fresh)
+            && !info.on_device
+    }
+
     /// Lets a node, and the nodes of the file that it stands for, run on a backend.
     pub fn prefer(&mut self, node: &str, backend: Prefer) {
         if self.preferred(node) != backend {
@@ -63,14 +83,25 @@ impl Session {
         }
     }
 
-    /// After an edit: a renamed node keeps its backend, under both names, as undo gives it the first again.
-    pub(super) fn rename_preferred(&mut self, edit: &Edit) {
+    /// After an edit: a renamed node keeps its backend, under both names, as undo gives it the first again. A new node has
+    /// none, even if a node before it had its name.
+    pub(super) fn keep_preferred(&mut self, edit: &Edit) {
         match edit {
             Edit::RenameNode { from, to } => {
                 self.preferred.0.insert(to.clone(), self.preferred(from));
             }
-            Edit::All(edits) => edits.iter().for_each(|edit| self.rename_preferred(edit)),
+            Edit::AddNode { name, .. } | Edit::AddWritten { name, .. } => {
+                self.preferred.0.remove(name);
+            }
+            Edit::All(edits) => edits.iter().for_each(|edit| self.keep_preferred(edit)),
             _ => {}
+        }
+    }
+
+    /// After a change of the whole text: nodes that were not in it before have no backend.
+    pub(super) fn keep_preferred_of(&mut self, before: &BTreeSet<String>) {
+        for entry in self.document.nodes().iter().filter(|entry| !before.contains(&entry.name)) {
+            self.preferred.0.remove(&entry.name);
         }
     }
 }

@@ -149,6 +149,7 @@ impl Session {
             Err(error) => self.note(format!("Crash recovery is off: {}. Save often.", reason(&error)), true),
         }
         (self.document, self.saved) = (work, known);
+        self.preferred.clear();
         self.changed();
         self.watch_files();
         if let Some(theirs) = file.filter(|file| self.saved.as_ref() != Some(file)) {

@@ -272,3 +272,44 @@ impl Session {
         self.nodes.entry(simulation.node.clone()).or_default().state = state;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STORMS: &str = r#"(
+        world: (size: 640, cells: 16),
+        nodes: {
+            "base": Perlin(),
+            "storm": HydraulicPipe(height: "base", duration: 300),
+            "flood": HydraulicPipe(height: "base", duration: 300),
+        },
+    )"#;
+
+    fn session() -> Session {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("storms.ron");
+        std::fs::write(&file, STORMS).expect("written");
+        let store = crate::build::storage::in_memory();
+        Session::open(Some(file), orograph_nodes::registry(), store, || {}).expect("the file can be read")
+    }
+
+    /// Reports of the node that ran before can arrive after another node was started.
+    #[test]
+    fn late_reports_of_the_node_before_are_not_taken() {
+        let mut session = session();
+        session.simulate("storm");
+        session.simulate("flood");
+        let moment = Moment { now: 20.0, since: Some(10.0), end: 300.0 };
+        assert!(!session.hear_simulation("storm", moment, false, 16, Vec::new()));
+        session.hear_trouble("storm", &EvalError::Cancelled);
+        let now = session.simulation().expect("it runs");
+        assert_eq!((now.node(), now.moment(), now.trouble()), ("flood", None, None));
+        assert!(!matches!(session.node("storm").state, NodeState::Failed { .. } | NodeState::Running { .. }));
+
+        assert!(session.hear_simulation("flood", moment, false, 16, Vec::new()));
+        assert_eq!(session.simulation().and_then(Simulation::moment), Some(moment));
+        session.hear_trouble("flood", &EvalError::Cancelled);
+        assert!(session.simulation().is_some_and(|simulation| simulation.trouble().is_some()));
+    }
+}

@@ -51,6 +51,31 @@ pub(super) struct Hands {
     pub(super) blender: bool,
 }
 
+/// What a drag of the pointer does with a camera around the terrain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Drag {
+    Turn,
+    Pan,
+    Zoom,
+}
+
+impl Hands {
+    /// What a drag does: with any button, with the primary and the middle one, and these keys. Returns None when it is not
+    /// the camera's.
+    fn drag(self, [any, primary, middle]: [bool; 3], modifiers: egui::Modifiers) -> Option<Drag> {
+        if self.blender {
+            let drag = match (modifiers.command, modifiers.shift) {
+                (true, _) => Drag::Zoom,
+                (_, true) => Drag::Pan,
+                _ => Drag::Turn,
+            };
+            return middle.then_some(drag);
+        }
+        let turns = primary && !modifiers.shift;
+        (any && !(self.tool && primary)).then_some(if turns { Drag::Turn } else { Drag::Pan })
+    }
+}
+
 /// A camera that you can move.
 enum Navigation {
     Orbit(Orbit),
@@ -366,28 +391,22 @@ fn move_eye(
     exaggeration: f64,
     (size, scale, hands): ([u32; 2], f32, Hands),
 ) {
-    let (scroll, pinch, shift, primary, dt) = ui.input(|input| {
+    let (scroll, pinch, modifiers, primary, dt) = ui.input(|input| {
         let primary = input.pointer.primary_down();
-        (input.smooth_scroll_delta().y, input.zoom_delta(), input.modifiers.shift, primary, input.stable_dt)
+        (input.smooth_scroll_delta().y, input.zoom_delta(), input.modifiers, primary, input.stable_dt)
     });
     let delta = response.drag_delta() * scale;
     let pixels = [f64::from(delta.x), f64::from(delta.y)];
     let middle = response.dragged_by(egui::PointerButton::Middle);
-    let moves = match hands.blender {
-        true => middle,
-        false => response.dragged() && !(hands.tool && primary),
-    };
-    let orbits = if hands.blender { !shift } else { primary && !shift };
-    let zooms = hands.blender && middle && ui.input(|input| input.modifiers.command);
+    let drag = hands.drag([response.dragged(), primary, middle], modifiers);
     let notches = if response.hovered() { f64::from(scroll / 50.0 + 4.0 * pinch.log2()) } else { 0.0 };
     match eye {
         Navigation::Orbit(orbit) => {
-            if zooms {
-                orbit.scroll(pixels[1] / -20.0, None);
-            } else if moves && orbits {
-                orbit.drag(pixels, size);
-            } else if moves {
-                orbit.pan(pixels, size);
+            match drag {
+                Some(Drag::Zoom) => orbit.scroll(pixels[1] / -20.0, None),
+                Some(Drag::Turn) => orbit.drag(pixels, size),
+                Some(Drag::Pan) => orbit.pan(pixels, size),
+                None => {}
             }
             if notches != 0.0 {
                 let at = response.hover_pos().map(|at| (at - response.rect.min) * scale);
@@ -398,7 +417,7 @@ fn move_eye(
             orbit.limit(terrain, exaggeration);
         }
         Navigation::Fly(fly) => {
-            if moves {
+            if drag.is_some() {
                 fly.look(pixels, size);
             }
             fly.scroll(notches);
@@ -538,4 +557,30 @@ pub(super) fn terrain(surface: &Surface) -> Result<Terrain, ViewError> {
         lines: lines.as_ref(),
     };
     Terrain::new(&surface.height)?.covered(cover)
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::Modifiers;
+
+    use super::*;
+
+    /// Drags with the primary, the middle and the secondary button: without keys, with Shift, with Ctrl.
+    fn drags(hands: Hands) -> [[Option<Drag>; 3]; 3] {
+        let keys = [Modifiers::NONE, Modifiers::SHIFT, Modifiers::COMMAND];
+        [[true, true, false], [true, false, true], [true, false, false]]
+            .map(|buttons| keys.map(|keys| hands.drag(buttons, keys)))
+    }
+
+    #[test]
+    fn the_middle_button_moves_the_camera_as_in_blender() {
+        let [turn, pan, zoom] = [Drag::Turn, Drag::Pan, Drag::Zoom].map(Some);
+        let none = [None; 3];
+        for tool in [false, true] {
+            assert_eq!(drags(Hands { tool, blender: true }), [none, [turn, pan, zoom], none]);
+        }
+        assert_eq!(drags(Hands { tool: false, blender: false }), [[turn, pan, turn], [pan; 3], [pan; 3]]);
+        assert_eq!(drags(Hands { tool: true, blender: false }), [none, [pan; 3], [pan; 3]]);
+        assert_eq!(Hands { tool: false, blender: false }.drag([false; 3], Modifiers::NONE), None);
+    }
 }

@@ -241,6 +241,7 @@ impl Viewport {
                 (Some(port), false) => format!("{port} cannot be previewed"),
             };
             ui.centered_and_justified(|ui| ui.weak(text));
+            self.draw.step(None);
             return Vec::new();
         };
         let compared = compared.and_then(|port| self::shown(session, &port));
@@ -339,7 +340,7 @@ impl Viewport {
         if matches!(self.tool, Tool::Measure | Tool::Brush) {
             self.tool = Tool::Look;
         }
-        self.draw.step(forward);
+        self.draw.step(Some(forward));
     }
 
     /// Whether an action is available, and whether it is on.
@@ -394,7 +395,7 @@ impl Viewport {
                 };
                 self.tool = if on { tool } else { Tool::Look };
                 self.profile.clear();
-                self.draw.end();
+                self.draw.end(session);
             }
             Action::Compare => {
                 let own = session.shown();

@@ -57,6 +57,9 @@ fn compressed(bytes: &[u8]) -> Vec<u8> {
     gz.finish().expect("written")
 }
 
+/// Much longer than a refusal takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
 #[expect(clippy::disallowed_methods, reason = "measures the time")]
 fn now() -> Instant {
     Instant::now()
@@ -84,7 +87,7 @@ fn attack(archive: &[u8], what: &str) -> Option<String> {
     fs::write(&path, archive).expect("written");
     let start = now();
     let result = unpack(&path, &inside);
-    assert!(start.elapsed() < Duration::from_secs(10), "{what}: {:?}", start.elapsed());
+    assert!(start.elapsed() < PATIENCE, "{what}: {:?}", start.elapsed());
     let outside: Vec<PathBuf> = files(folder.path()).into_iter().filter(|file| !file.starts_with(&inside)).collect();
     assert_eq!(outside, [path], "{what}");
     match result {

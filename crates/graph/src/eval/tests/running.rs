@@ -127,28 +127,19 @@ fn independent_nodes_run_in_parallel() {
     assert!(run(&evaluator(2), &graph, &["both"], Window::whole(world(4))).is_ok());
 }
 
+/// Two kernels that do not end before they are cancelled, one of them while the other still runs.
 #[test]
-fn a_cancellation_takes_effect_within_a_tenth_of_a_second() {
-    // the best of three: a busy machine may delay a thread
-    let latency = (0..3).map(|_| cancel_latency()).min().expect("three");
-    assert!(latency < Duration::from_millis(100), "{latency:?}");
-}
-
-/// From the cancellation, in the middle of a kernel, to the return of the evaluation.
-fn cancel_latency() -> Duration {
+fn a_cancellation_ends_kernels_in_their_middle() {
     let graph = pair(&ENDLESS, &WAVES);
     let cancel = Cancel::default();
-    let cancelled_at = Mutex::new(None);
     let events = |event: Event| {
         if matches!(event, Event::NodeProgress { fraction, .. } if fraction > 0.0) {
-            cancelled_at.lock().expect("no panic").get_or_insert_with(event::now);
             cancel.cancel();
         }
     };
     let requests = [(graph.port("both").expect("exists"), Window::whole(world(16)))];
     let result = evaluate(&evaluator(2), &graph, &requests, &cancel, &events);
     assert_eq!(result.err(), Some(EvalError::Cancelled));
-    cancelled_at.into_inner().expect("no panic").expect("cancelled").elapsed()
 }
 
 /// Counts to a second, unless it is cancelled.

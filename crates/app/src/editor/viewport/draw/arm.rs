@@ -62,12 +62,16 @@ pub(super) struct Arm {
 }
 
 impl Arm {
-    /// The arms of the selected node that have an effect with its settings.
+    /// Those of the selected node.
     pub(super) fn of_selection(session: &Session) -> Vec<Self> {
+        session.selected().map(|node| Self::of(session, node)).unwrap_or_default()
+    }
+
+    /// The arms of a node that have an effect with its settings.
+    pub(super) fn of(session: &Session, node: &str) -> Vec<Self> {
         let graph = session.document().graph();
-        let instance = session.selected().and_then(|node| Some(graph.instance(graph.find(node).ok()?)));
         let middle = session.document().world().size.map(|metres| 0.5 * metres);
-        instance.map(|instance| Self::of_node(instance, middle)).unwrap_or_default()
+        graph.find(node).map(|index| Self::of_node(graph.instance(index), middle)).unwrap_or_default()
     }
 
     /// The arms of a node in a world with this middle.

@@ -1,7 +1,7 @@
 //! The handles by keyboard: Tab reaches them, the arrow keys move them, and Enter opens fields for their numbers.
 
 use egui::{Event, EventFilter, Id, Key, Modifiers, Pos2, Response, Ui, Vec2, vec2};
-use orograph_graph::Unit;
+use orograph_graph::{Edit, Unit};
 
 use super::{Draw, Projection, arm::Arm, edit, handles::Grip, numbers::Numbers, shape::Shape};
 use crate::editor::{Session, viewport::scale};
@@ -47,10 +47,18 @@ fn along(direction: Vec2, from: [f64; 2], step_m: f64, projection: &Projection<'
     ways.max_by(|(a, _), (b, _)| a.total_cmp(b)).map_or(level, |(_, step)| step)
 }
 
+/// A handle that is moved by an arrow key while the key is held down, which is one undo step.
+#[derive(Debug, PartialEq)]
+pub(super) struct Nudged {
+    node: String,
+    grip: Grip,
+    key: Key,
+}
+
 impl Draw {
-    /// Moves the keyboard to the next or the previous handle when the viewport is drawn next.
-    pub(in crate::editor::viewport) const fn step(&mut self, forward: bool) {
-        self.stepping = Some(forward);
+    /// Moves the keyboard to the next or the previous handle when the viewport is drawn next; None takes this back.
+    pub(in crate::editor::viewport) const fn step(&mut self, forward: Option<bool>) {
+        self.stepping = forward;
     }
 
     /// Carries out [`Self::step`], once the handles are drawn.
@@ -72,10 +80,12 @@ impl Draw {
         session: &mut Session,
     ) -> bool {
         let focused = self.handles.focused(ui.ctx()).filter(|_| !self.is_held());
-        let held = ui.input(|input| input.keys_down.iter().any(|key| arrow(*key).is_some()));
-        if self.nudging && (focused.is_none() || !held) {
-            self.nudging = false;
-            session.end_gesture();
+        let goes_on = |nudged: &Nudged| {
+            let same = session.selected() == Some(nudged.node.as_str()) && focused.as_ref() == Some(&nudged.grip);
+            same && ui.input(|input| input.key_down(nudged.key))
+        };
+        if self.nudged.as_ref().is_some_and(|nudged| !goes_on(nudged)) {
+            self.end_nudge(session);
         }
         ui.data_mut(|data| data.insert_temp(focus_id(), focused.as_ref().map_or(Id::NULL, Grip::id)));
         let Some(mut grip) = focused else { return false };
@@ -84,20 +94,29 @@ impl Draw {
         let mut pressed = Vec::new();
         ui.input_mut(|input| {
             input.events.retain(|event| match event {
-                Event::Key { key, pressed: true, modifiers, .. } if is_own(*key, *modifiers) => {
-                    pressed.push((*key, *modifiers));
+                Event::Key { key, pressed: true, modifiers, repeat, .. } if is_own(*key, *modifiers) => {
+                    pressed.push((*key, *modifiers, *repeat));
                     false
                 }
                 _ => true,
             });
         });
         let mut changed = false;
-        for (key, modifiers) in pressed {
+        for (key, modifiers, repeats) in pressed {
+            let goes_on = |nudged: &Nudged| repeats && nudged.key == key;
+            if self.nudged.as_ref().is_some_and(|nudged| !goes_on(nudged)) {
+                self.end_nudge(session);
+            }
             let made = match (key, arrow(key)) {
-                (_, Some(direction)) => self.nudge(&grip, (direction, modifiers), projection, session),
+                (_, Some(direction)) => {
+                    let made = self.nudge(&grip, (direction, modifiers), projection, session);
+                    let (node, grip) = (session.selected(), made.as_ref().unwrap_or(&grip).clone());
+                    self.nudged = node.map(|node| Nudged { node: node.to_owned(), grip, key });
+                    made
+                }
                 (Key::Space, _) => {
                     let centre = projection.to_world(response.rect.center());
-                    centre.and_then(|centre| self.place(&grip, projection.rounded(centre), session))
+                    centre.and_then(|centre| self.place(&grip, projection.rounded(centre), session, Session::apply))
                 }
                 (Key::Insert, _) => self.extend(&grip, session),
                 (Key::Enter, _) => {
@@ -117,7 +136,14 @@ impl Draw {
         changed
     }
 
-    /// Moves a handle by an arrow key; the same key held down is one undo step. Returns the handle that it has become.
+    /// Ends the undo step of a handle that an arrow key moves.
+    pub(super) fn end_nudge(&mut self, session: &mut Session) {
+        if self.nudged.take().is_some() {
+            session.end_gesture();
+        }
+    }
+
+    /// Moves a handle by an arrow key, as a part of a gesture. Returns the handle that it has become.
     fn nudge(
         &mut self,
         grip: &Grip,
@@ -129,7 +155,6 @@ impl Draw {
         if let Some(arm) = grip.as_arm() {
             let arm = Arm::of_selection(session).into_iter().nth(arm)?;
             let keys = [f64::from(direction.x), f64::from(-direction.y)];
-            self.nudging = true;
             return session.gesture(&arm.nudged(keys, step_m, modifiers.shift).edit()).then(|| grip.clone());
         }
         let from = self.handles.place(grip)?;
@@ -146,17 +171,20 @@ impl Draw {
             // 0.1 + 0.2 is 0.3
             to[axis] = projection.rounded(to)[axis];
         }
-        self.nudging = true;
-        self.place(grip, to, session)
+        self.place(grip, to, session, Session::gesture)
     }
 
     /// Puts a point at a position; the middle of a segment becomes a point. Returns None for arms and refused edits.
-    fn place(&mut self, grip: &Grip, to: [f64; 2], session: &mut Session) -> Option<Grip> {
-        let shape = shape(grip, session)?;
+    fn place(
+        &mut self,
+        grip: &Grip,
+        to: [f64; 2],
+        session: &mut Session,
+        make: fn(&mut Session, &Edit) -> bool,
+    ) -> Option<Grip> {
+        let shape = shape(session.selected()?, grip, session)?;
         let moved = if grip.is_middle { shape.inserted(grip.point, to) } else { shape.moved(grip.point, to) };
-        let goes_on = self.nudging;
-        let made = if goes_on { session.gesture(&edit(&moved)) } else { session.apply(&edit(&moved)) };
-        made.then(|| {
+        make(session, &edit(&moved)).then(|| {
             let grip = Grip { is_middle: false, ..grip.clone() };
             self.handles.set_place(&grip, moved.places()[grip.point]);
             grip
@@ -165,7 +193,7 @@ impl Draw {
 
     /// Adds a point: in the middle of a segment, beyond the end of a line, or halfway to the next point.
     fn extend(&mut self, grip: &Grip, session: &mut Session) -> Option<Grip> {
-        let shape = shape(grip, session).filter(|shape| !shape.is_point())?;
+        let shape = shape(session.selected()?, grip, session).filter(|shape| !shape.is_point())?;
         let places = shape.places();
         let count = places.len();
         let between = |a: [f64; 2], b: [f64; 2], t: f64| [0, 1].map(|axis| a[axis] + t * (b[axis] - a[axis]));
@@ -184,7 +212,7 @@ impl Draw {
 
     /// Removes a point. Returns the handle before it.
     fn remove(&mut self, grip: &Grip, session: &mut Session) -> Option<Grip> {
-        let shape = shape(grip, session).filter(|shape| !shape.is_point() && !grip.is_middle)?;
+        let shape = shape(session.selected()?, grip, session).filter(|shape| !shape.is_point() && !grip.is_middle)?;
         let Some(shorter) = shape.removed(grip.point) else {
             session.note("the line needs its last points; Redraw replaces it", true);
             return None;
@@ -219,27 +247,27 @@ fn focus(ui: &Ui, grip: &Grip) {
     ui.data_mut(|data| data.insert_temp(focus_id(), grip.id()));
 }
 
-/// The shape of the selected node that a handle belongs to.
-fn shape(grip: &Grip, session: &Session) -> Option<Shape> {
-    Shape::of_selection(session).into_iter().find(|shape| shape.param == grip.param)
+/// The shape of a node that a handle belongs to. Returns None when it has no longer such a point.
+fn shape(node: &str, grip: &Grip, session: &Session) -> Option<Shape> {
+    Shape::of(session, node).into_iter().find(|shape| shape.has(grip))
 }
 
-/// The numbers of a handle, with their names and units.
-pub(super) fn numbers(grip: &Grip, session: &Session) -> Option<Vec<(String, Unit, f64)>> {
+/// The numbers of a handle of a node, with their names and units.
+pub(super) fn numbers(node: &str, grip: &Grip, session: &Session) -> Option<Vec<(String, Unit, f64)>> {
     if let Some(arm) = grip.as_arm() {
-        return Some(Arm::of_selection(session).get(arm)?.numbers());
+        return Some(Arm::of(session, node).get(arm)?.numbers());
     }
-    let at = *shape(grip, session)?.places().get(grip.point).filter(|_| !grip.is_middle)?;
+    let at = *shape(node, grip, session)?.places().get(grip.point).filter(|_| !grip.is_middle)?;
     Some(vec![("x".to_owned(), Unit::Metres, at[0]), ("y".to_owned(), Unit::Metres, at[1])])
 }
 
-/// Sets the numbers of a handle. Returns false if the document refuses them.
-pub(super) fn set_numbers(grip: &Grip, numbers: &[f64], session: &mut Session) -> bool {
+/// Sets the numbers of a handle of a node. Returns false if the document refuses them.
+pub(super) fn set_numbers(node: &str, grip: &Grip, numbers: &[f64], session: &mut Session) -> bool {
     if let Some(at) = grip.as_arm() {
-        let arm = Arm::of_selection(session).into_iter().nth(at);
+        let arm = Arm::of(session, node).into_iter().nth(at);
         return arm.is_some_and(|arm| session.apply(&arm.with(numbers).edit()));
     }
-    match (shape(grip, session), numbers) {
+    match (shape(node, grip, session), numbers) {
         (Some(shape), [x, y]) => session.apply(&edit(&shape.moved(grip.point, [*x, *y]))),
         _ => false,
     }

@@ -17,6 +17,7 @@ pub(in crate::editor) use self::keys::has_keyboard;
 use self::{
     arm::Arm,
     handles::{Drawn, Grip, Handles},
+    keys::Nudged,
     numbers::Numbers,
     shape::Shape,
 };
@@ -43,8 +44,8 @@ pub(super) struct Draw {
     hot: bool,
     /// Set while the keyboard is to go to the next handle (true) or the previous one.
     stepping: Option<bool>,
-    /// True while an arrow key moves a handle.
-    nudging: bool,
+    /// The handle that a held arrow key moves.
+    nudged: Option<Nudged>,
     /// The open fields for the numbers of a handle.
     numbers: Option<Numbers>,
 }
@@ -99,9 +100,10 @@ impl Draw {
         self.held.is_some() || self.turned.is_some()
     }
 
-    /// Forgets what is being drawn.
-    pub(super) fn end(&mut self) {
+    /// Forgets what is being drawn, and ends the undo step of a handle that a key moves.
+    pub(super) fn end(&mut self, session: &mut Session) {
         (self.fresh, self.picked, self.numbers) = (None, None, None);
+        self.end_nudge(session);
     }
 
     /// The tool bar.
@@ -175,7 +177,7 @@ impl Draw {
         }
         let ended = self.keys(ui, response, &shapes, session, drawing);
         if ended {
-            self.end();
+            self.end(session);
         }
         let shapes = Shape::of_selection(session);
         if self.hot && response.hovered() {
@@ -236,7 +238,7 @@ impl Draw {
                 self.turned = arm.map(|arm| (index, Turned { arm, from: at, offset: offset(end), moved: false }));
                 return false;
             }
-            let Some(shape) = shapes.iter().find(|shape| shape.param == grip.param) else { return false };
+            let Some(shape) = shapes.iter().find(|shape| shape.has(&grip)) else { return false };
             let (shape, to) = if grip.is_middle {
                 let to = self.handles.place(&grip).unwrap_or(place);
                 (shape.inserted(grip.point, to), to)
@@ -326,7 +328,7 @@ impl Draw {
         }
         let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
         if let Some((_, grip)) = self.picked.clone()
-            && let Some(shape) = shapes.iter().find(|shape| shape.param == grip.param)
+            && let Some(shape) = shapes.iter().find(|shape| shape.has(&grip))
             && !shape.is_point()
             && (pressed(Key::Delete) || pressed(Key::Backspace))
         {

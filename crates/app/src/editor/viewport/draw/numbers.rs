@@ -12,6 +12,7 @@ const WIDTH: f32 = 90.0;
 /// The open fields.
 #[derive(Debug)]
 pub(super) struct Numbers {
+    node: String,
     pub(super) grip: Grip,
     fields: Vec<Field>,
     /// Why the typed text is no value.
@@ -30,17 +31,19 @@ struct Field {
 }
 
 impl Numbers {
-    /// Fields with the numbers of a handle. Returns None when it has none.
+    /// Fields with the numbers of a handle of the selected node. Returns None when it has none.
     pub(super) fn of(grip: &Grip, session: &Session) -> Option<Self> {
+        let node = session.selected()?;
         let field = |(name, unit, value): (String, Unit, f64)| {
             let before = unit.display(value);
             Field { name, unit, text: before.clone(), before }
         };
-        let fields = keys::numbers(grip, session)?.into_iter().map(field).collect();
-        Some(Self { grip: grip.clone(), fields, wrong: None, is_new: true })
+        let fields = keys::numbers(node, grip, session)?.into_iter().map(field).collect();
+        Some(Self { node: node.to_owned(), grip: grip.clone(), fields, wrong: None, is_new: true })
     }
 
-    /// Shows the fields. Returns None while they stay open; otherwise whether the handle has the keyboard again.
+    /// Shows the fields, which close when another node is selected. Returns None while they stay open; otherwise whether
+    /// the handle has the keyboard again.
     pub(super) fn ui(&mut self, ui: &Ui, at: Pos2, session: &mut Session) -> Option<bool> {
         let [escape, enter] = [Key::Escape, Key::Enter].map(|key| ui.input(|input| input.key_pressed(key)));
         let (mut has_focus, mut left) = (self.is_new, false);
@@ -64,15 +67,16 @@ impl Numbers {
             });
         });
         self.is_new = false;
-        if has_focus {
+        let is_selected = session.selected() == Some(self.node.as_str());
+        if has_focus && is_selected {
             return None;
         }
         if left && escape {
             return Some(true);
         }
         match self.apply(session) {
-            Ok(()) => Some(enter),
-            Err(wrong) if enter => {
+            Ok(()) => Some(enter && is_selected),
+            Err(wrong) if enter && is_selected => {
                 (self.wrong, self.is_new) = (Some(wrong), true);
                 None
             }
@@ -83,20 +87,20 @@ impl Numbers {
         }
     }
 
-    /// Writes the typed numbers, if any is new.
+    /// Writes the typed numbers, if any is new and the handle still exists.
     fn apply(&self, session: &mut Session) -> Result<(), String> {
         if self.fields.iter().all(|field| field.text.trim() == field.before) {
             return Ok(());
         }
         // what was not typed keeps its digits
-        let now = keys::numbers(&self.grip, session).unwrap_or_default();
+        let Some(now) = keys::numbers(&self.node, &self.grip, session) else { return Ok(()) };
         let value = |(at, field): (usize, &Field)| match now.get(at) {
             Some((.., value)) if field.text.trim() == field.before => Ok(*value),
             _ => field.unit.parse(&calculated(field.unit, field.text.trim())),
         };
         let values = self.fields.iter().enumerate().map(value).collect::<Result<Vec<f64>, _>>();
         let values = values.map_err(|error| error.to_string())?;
-        if keys::set_numbers(&self.grip, &values, session) {
+        if keys::set_numbers(&self.node, &self.grip, &values, session) {
             Ok(())
         } else {
             Err("the value is out of range".to_owned())

@@ -2,6 +2,7 @@
 
 use orograph_graph::{Kind, Node, ParamSpec, ParamValue, Waypoint};
 
+use super::handles::Grip;
 use crate::editor::Session;
 
 /// A drawable parameter, and its value.
@@ -33,12 +34,15 @@ pub(super) fn has_line(node: &Node) -> bool {
 }
 
 impl Shape {
-    /// The drawable parameters of the selected node that have an effect with its settings.
+    /// Those of the selected node.
     pub(super) fn of_selection(session: &Session) -> Vec<Self> {
+        session.selected().map(|node| Self::of(session, node)).unwrap_or_default()
+    }
+
+    /// The drawable parameters of a node that have an effect with its settings.
+    pub(super) fn of(session: &Session, node: &str) -> Vec<Self> {
         let graph = session.document().graph();
-        let Some(instance) = session.selected().and_then(|node| Some(graph.instance(graph.find(node).ok()?))) else {
-            return Vec::new();
-        };
+        let Ok(instance) = graph.find(node).map(|index| graph.instance(index)) else { return Vec::new() };
         let shape = |spec: ParamSpec| {
             let (hard, closed) = drawable(&spec.kind)?;
             let value = instance.params.get(spec.name).filter(|_| spec.idle(&instance.params).is_none())?;
@@ -46,6 +50,11 @@ impl Shape {
             Some(Self { node: instance.name.clone(), param: spec.name, hard, closed, is_set, value: value.clone() })
         };
         instance.node.specs().into_iter().filter_map(shape).collect()
+    }
+
+    /// Returns true if a handle is one of its points, or the middle of one of its segments.
+    pub(super) fn has(&self, grip: &Grip) -> bool {
+        self.param == grip.param && grip.point < self.places().len() + usize::from(grip.is_middle)
     }
 
     pub(super) const fn is_point(&self) -> bool {
