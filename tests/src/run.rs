@@ -81,7 +81,14 @@ const TEST_LAND: &str = r#"
 /// When the example has a problem.
 #[must_use]
 pub fn example(node: &'static Node) -> Case {
-    example_on(TEST_LAND, node, node.example)
+    on_one_grid(example_on(TEST_LAND, node, node.example))
+}
+
+/// A kernel that can run on levels, on the cells asked for alone: levels, of which the evaluator runs one after the other,
+/// have tests of their own.
+fn on_one_grid(case: Case) -> Case {
+    let has_levels = case.kind().levels.is_some();
+    if has_levels { set(case, &[("schedule", ParamValue::Choice("full"))]) } else { case }
 }
 
 /// The same on realistic terrain, or with other arguments on terrain that suits the node, and the side of its world in
