@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     fn deviation(winding: &Winding, law: &Law, area_m2: f64) -> [f64; 2] {
-        let logs: Vec<f64> = (0..20_000).map(|cell| winding.vary(law, cell, area_m2, 1.0).ln()).collect();
+        let logs: Vec<f64> = (0..20_000).map(|cell| math::ln(winding.vary(law, cell, area_m2, 1.0))).collect();
         let mean = logs.iter().sum::<f64>() / logs.len() as f64;
         let square = logs.iter().map(|log| (log - mean) * (log - mean)).sum::<f64>() / logs.len() as f64;
         [mean, square.sqrt()]
