@@ -117,6 +117,12 @@ impl Node {
         format!("{}({version}{comma}{arguments})", self.id)
     }
 
+    /// Returns true if it has a GPU kernel for these parameters.
+    #[must_use]
+    pub fn has_gpu_kernel(&self, params: &ParamValues) -> bool {
+        self.levels.is_none() && self.gpu.is_some_and(|kernel| (kernel.covers)(params))
+    }
+
     /// Empty fields for `..Node::DEFAULT`.
     pub const DEFAULT: Self = Self {
         id: "",

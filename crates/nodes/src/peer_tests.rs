@@ -80,7 +80,8 @@ fn a_short_step_of_stream_power_is_an_explicit_one() {
     let erodibility = case["params"]["K"].as_f64().expect("K") / 300.0_f64.sqrt();
     let [erodibility, repose, diffusivity] =
         [erodibility as f32, 90.0, 0.0].map(|v| Field::constant(*land.window(), v));
-    let plain = "schedule=full,headwater_area=0,valley_width=0,rounding=0,winding=0,variation=0,repose_variation=0,receivers=d8";
+    let plain = "schedule=full,headwater_area=0,valley_width=0,rounding=0,winding=0,variation=0,repose_variation=0,\
+                 receivers=d8";
     let params = testing::with_params(&stream_power::NODE, &format!("{plain},duration=1,time_step=1"));
     let fields = [("height", &land), ("erodibility", &erodibility), ("repose", &repose), ("diffusivity", &diffusivity)];
     let found = testing::run(&stream_power::NODE, &params, &fields, "erosion").into_samples();

@@ -153,8 +153,7 @@ impl Backend for Gpu {
     }
 
     fn supports(&self, node: &Node, params: &ParamValues) -> bool {
-        let covers = |kernel: &gpu::GpuKernel| (kernel.covers)(params);
-        node.levels.is_none() && node.gpu.is_some_and(covers) && !self.memory.device.is_lost()
+        node.has_gpu_kernel(params) && !self.memory.device.is_lost()
     }
 
     fn run(&self, node: &Node, job: &Job<'_>) -> Result<Option<Outputs>, NodeError> {

@@ -63,11 +63,8 @@ impl Session {
     #[must_use]
     pub fn lacks_device(&self, node: &str) -> bool {
         let graph = self.document.graph();
-        let has_kernel = graph.find(node).is_ok_and(|index| {
-            let instance = graph.instance(index);
-            let covers = instance.node.gpu.is_some_and(|kernel| (kernel.covers)(&instance.params));
-            covers && instance.node.levels.is_none()
-        });
+        let instance = graph.find(node).map(|index| graph.instance(index));
+        let has_kernel = instance.is_ok_and(|instance| instance.node.has_gpu_kernel(&instance.params));
         let info = self.node(node);
         has_kernel
             && self.preferred(node) == Prefer::Device

@@ -219,7 +219,6 @@ impl Session {
         let at = |(at, port): (usize, &String)| seen.contains(port).then_some(at);
         let shown = ports.iter().enumerate().filter_map(at).fold(Wanted::NONE, Wanted::with);
         self.worker.run_live(Ask::Run(Box::new(Subject {
-            revision: self.revision,
             name: simulation.node.clone(),
             node: LiveNode {
                 graph: Graph::clone(&order.graph),

@@ -161,8 +161,6 @@ pub enum News {
     },
     /// The current outputs of the node that runs live.
     Live {
-        /// The state of the document of the order.
-        revision: u64,
         /// The node's name.
         node: String,
         /// The current moment.
@@ -180,8 +178,6 @@ pub enum News {
     },
     /// The live run has failed.
     LiveFailed {
-        /// The state of the document of the order.
-        revision: u64,
         /// The node's name.
         node: String,
         /// The reason.

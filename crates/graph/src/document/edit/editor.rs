@@ -84,9 +84,8 @@ impl<'a> Editor<'a> {
         if !is_name(kind) {
             return Err(refused(format!("`{}` is not a kind of node", kind.escape_debug())));
         }
-        let version = self.registry.get(kind).map_or(1, |node| node.version);
-        let version = if version > 1 { format!("version: {version}") } else { String::new() };
-        self.add_written(name, &format!("{kind}({version})"), at)
+        let written = self.registry.get(kind).map_or_else(|| format!("{kind}()"), |node| node.written(""));
+        self.add_written(name, &written, at)
     }
 
     /// Adds a node as it is written in a file.

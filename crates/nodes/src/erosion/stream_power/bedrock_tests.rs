@@ -119,8 +119,8 @@ fn layers_stand_at_their_own_slopes() {
     let height = testing::field(testing::world(200, 40, 10.0), |x, _| if x < 1000.0 { 300.0 } else { 0.0 });
     let rock = layers(&height, 300.0, &[(100.0, 1.0, 60.0), (100.0, 1.0, 25.0), (100.0, 1.0, 45.0)]);
     let fields = [("height", &height)];
-    let changes = "schedule=full,duration=2e5,time_step=2e3,winding=0,variation=0,repose_variation=0,rounding=0,receivers=d8,\
-                   headwater_area=0,critical_area=1e9,valley_width=0";
+    let changes = "schedule=full,duration=2e5,time_step=2e3,winding=0,variation=0,repose_variation=0,rounding=0,\
+                   receivers=d8,headwater_area=0,critical_area=1e9,valley_width=0";
     let params = testing::with_params(&NODE, changes);
     let mut found = testing::outputs_in_rock(&rock, &NODE, &params, &fields).expect("a result");
     let found = found.take("height").expect("an output").as_field().expect("a field").samples().to_vec();

@@ -104,7 +104,7 @@ params! {
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.
     ///
     /// It is the standard deviation of its natural logarithm. With 0, rivers run straight for long stretches.
-    winding: f64 = 0.5, One, 0.0..=2.0, soft 0..=1.5;
+    winding: f64 = 0.5, One, 0.0..=2.0, soft 0..=1.5, when method = "implicit";
     /// Factor on the uplift over the run: x is the time, from 0 at the start to 1 at the end.
     ///
     /// A smooth curve through the points, constant beyond them: growth, a pulse, decay.

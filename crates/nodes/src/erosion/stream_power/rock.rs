@@ -107,10 +107,7 @@ impl<'a> Rock<'a> {
     #[inline(always)]
     pub fn vary(&self, law: &Law, cell: usize, coefficient: f64) -> f64 {
         match &self.variation {
-            Variation::Cells(variation) => {
-                let draw = mix((cell as u32).wrapping_mul(0x9E37_79B9) ^ self.seed) >> 24;
-                law.times(coefficient, variation[draw as usize])
-            }
+            Variation::Cells(variation) => law.times(coefficient, variation[(draw(cell, self.seed) >> 24) as usize]),
             Variation::Waves(factors) => law.times(coefficient, law.coefficient(f64::from(factors[cell]))),
             Variation::None => coefficient,
         }
@@ -139,10 +136,18 @@ fn erodibility_of_unit_rate(m: f64, n: f64) -> f64 {
 /// Equally likely factors of the erodibility, as coefficients: their logarithm is uniform around 0 and has the given
 /// standard deviation.
 fn variation(law: &Law, deviation: f64) -> [f64; 256] {
-    std::array::from_fn(|at| {
-        let uniform = (at as f64 + 0.5) / 128.0 - 1.0;
-        law.coefficient(math::exp(deviation * 3.0_f64.sqrt() * uniform))
-    })
+    std::array::from_fn(|at| law.coefficient(math::exp(deviation * 3.0_f64.sqrt() * uniform(at))))
+}
+
+/// A number of 256, from 0, as one from -1 to 1.
+pub fn uniform(at: usize) -> f64 {
+    (at as f64 + 0.5) / 128.0 - 1.0
+}
+
+/// The random bits of a cell.
+#[inline(always)]
+pub fn draw(cell: usize, seed: u32) -> u32 {
+    mix((cell as u32).wrapping_mul(0x9E37_79B9) ^ seed)
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@ use crate::{
 };
 
 /// Rivers alone: without debris flows, floors, rounding and long waves of rock.
-pub const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,winding=0,variation=0.3,variation_size=0,\
-                      repose_variation=0";
+pub const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,winding=0,variation=0.3,\
+                      variation_size=0,repose_variation=0";
 /// The law alone, but for the limit of slopes.
 pub const PLAIN: &str = "schedule=full,critical_area=0,winding=0,variation=0,receivers=d8";
 
@@ -140,7 +140,8 @@ fn a_step_is_the_plain_reference() {
     let height = Field::new(Window::whole(testing::world(256, 256, 30.0)), samples.clone());
     for (m, n, k) in [(0.5, 1.0, 3e-5_f32), (0.5, 1.2, 3e-5), (0.6, 1.5, 1e-5), (0.4, 0.8, 5e-5)] {
         let changes = format!(
-            "schedule=full,critical_area=20000,winding=0,variation=0,receivers=d8,duration=50000,time_step=50000,m={m},n={n}"
+            "schedule=full,critical_area=20000,winding=0,variation=0,receivers=d8,duration=50000,time_step=50000,\
+             m={m},n={n}"
         );
         let case = Case { height: &height, uplift: 0.0, erodibility: f64::from(k), repose: 90.0, changes };
         let expected = reference_step(256, 30.0, &samples, f64::from(k) * 5e4, m, n, 2e4);

@@ -6,7 +6,10 @@
 
 use orograph_graph::mix;
 
-use super::incision::Law;
+use super::{
+    incision::Law,
+    rock::{draw, uniform},
+};
 use crate::numerics::math;
 
 /// Shares of rivers in what a cell erodes that have their own factors, from 0 to 1.
@@ -34,10 +37,8 @@ impl Winding {
     #[must_use]
     pub fn new(law: &Law, deviation: f64, headwater_m2: f64, seed: u32) -> Self {
         let factor = |at: usize| {
-            let (share, draw) = ((at / DRAWS) as f64 / SHARES as f64, (at % DRAWS) as f64);
-            let uniform = (draw + 0.5) / (DRAWS / 2) as f64 - 1.0;
-            let own = share * deviation;
-            law.coefficient(math::exp(own * (3.0_f64.sqrt() * uniform - SOFTER * own)))
+            let own = (at / DRAWS) as f64 / SHARES as f64 * deviation;
+            law.coefficient(math::exp(own * (3.0_f64.sqrt() * uniform(at % DRAWS) - SOFTER * own)))
         };
         let entries = if deviation > 0.0 { (SHARES + 1) * DRAWS } else { 0 };
         Self { factors: (0..entries).map(factor).collect(), headwater_m2, seed: mix(seed ^ 0x817D_1460) }
@@ -51,8 +52,7 @@ impl Winding {
             return coefficient;
         }
         let share = (area_m2 / (area_m2 + self.headwater_m2) * SHARES as f64 + 0.5) as usize;
-        let draw = mix((cell as u32).wrapping_mul(0x9E37_79B9) ^ self.seed) as usize % DRAWS;
-        law.times(coefficient, self.factors[share * DRAWS + draw])
+        law.times(coefficient, self.factors[share * DRAWS + draw(cell, self.seed) as usize % DRAWS])
     }
 }
 
