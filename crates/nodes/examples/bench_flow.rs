@@ -128,6 +128,7 @@ fn incision(n: f64, m: f64, steps: u32) -> ParamValues {
         ("critical_area", 0.0),
         ("headwater_area", 0.0),
         ("valley_width", 0.0),
+        ("winding", 0.0),
         ("rounding", 0.0),
         ("variation", 0.0),
         ("repose_variation", 0.0),
