@@ -39,8 +39,10 @@ fn arc_tangent(x: f32) -> f32 {
     return copy_sign(select(angle, offset + angle, middle), x);
 }
 
-/// 1 / √x for x above 0.
-fn inverse_root(x: f32) -> f32 {
+/// 1 / √x for x above 0, and 1e18 below 1e-36. Drivers may multiply in any order; without that limit the square of `t`
+/// would be infinite.
+fn inverse_root(v: f32) -> f32 {
+    let x = max(v, 1e-36);
     let half = 0.5 * x;
     var t = bitcast<f32>(0x5f376908u - (bitcast<u32>(x) >> 1u));
     t = t * (1.5008789 - half * t * t);

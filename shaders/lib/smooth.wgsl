@@ -20,6 +20,11 @@ fn smooth_x(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var k = 1; k < i32(p.k_period); k++) {
             sum += weights[k] * (along_x(x + k, cell.y) - here);
         }
+    } else if (x >= p.k_reach && x + p.k_reach < i32(p.nx)) {
+        // far from the sides no cell has to be looked up
+        for (var k = u32(p.k_reach); k > 0u; k--) {
+            sum += weights[k] * ((before[i - k] - here) + (before[i + k] - here));
+        }
     } else {
         for (var k = p.k_reach; k > 0; k--) {
             sum += weights[k] * ((along_x(x - k, cell.y) - here) + (along_x(x + k, cell.y) - here));
@@ -41,6 +46,14 @@ fn smooth_y(@builtin(global_invocation_id) id: vec3<u32>) {
     if (p.k_period != 0u) {
         for (var k = 1; k < i32(p.k_period); k++) {
             sum += weights[k] * (along_y(cell.x, y + k) - here);
+        }
+    } else if (y >= p.k_reach && y + p.k_reach < i32(p.ny)) {
+        var above = i - u32(p.k_reach) * p.nx;
+        var below = i + u32(p.k_reach) * p.nx;
+        for (var k = p.k_reach; k > 0; k--) {
+            sum += weights[k] * ((before[above] - here) + (before[below] - here));
+            above += p.nx;
+            below -= p.nx;
         }
     } else {
         for (var k = p.k_reach; k > 0; k--) {

@@ -3,72 +3,126 @@
 //!
 //!     cargo run --release -p orograph-tests --example gpu [-- CELLS [NODE]]
 //!
-//! The device is the first of `orograph devices`; `WGPU_ADAPTER_NAME` chooses another. The bandwidth is that of
-//! `Combine`, the sum of two rasters, which does nothing else. A raster has 64 MiB; on a software driver those on the
-//! device come besides.
+//! The device is the first of `orograph devices`; `WGPU_ADAPTER_NAME` chooses another. Times of kernels are those of the
+//! device's own clock, if it has one: from the first to the last command of each submit. Those of runs also have the
+//! host's part, with inputs on the device. The bandwidth is that of `Combine`, the sum of two rasters, which does nothing
+//! else. A raster has 64 MiB; on a software driver those on the device come besides. The last line counts the steps of
+//! `HydraulicPipe` in a second, at 1024 x 1024 cells.
 
-use std::time::{Duration, Instant};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use orograph_graph::{
-    Backend as _, Field, InputValue, Job, Node, ParamValue, Value, Window, World,
-    gpu::{Count, record},
+    Backend, Field, InputValue, Job, Node, NodeError, ParamValue, Value, Wanted, Window, World,
+    gpu::{Count, Work, record},
 };
 use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
 use orograph_tests::{Case, STEPPED, example, gpu::nodes};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+type Failure = Box<dyn std::error::Error>;
+
+/// No other run begins after so long.
+const LONG: Duration = Duration::from_secs(2);
+/// Calls of `HydraulicPipe` that are timed.
+const CALLS: u32 = 400;
+
+fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let cells: u32 = arguments.first().map_or(Ok(4096), |text| text.parse())?;
     let adapters = Adapters::find();
     let adapter = adapters.best(false).ok_or("there is no graphics driver")?;
-    let gpu = Gpu::new(adapter, &GpuOptions::default())?;
-    let window = Window::whole(World { size: [16_384.0; 2], cells: [cells; 2], seed: 7, ..World::default() });
+    let gpu = Arc::new(Gpu::new(adapter, &GpuOptions { clock: true, ..GpuOptions::default() })?);
     println!("{} ({}), {cells} x {cells} cells", adapter.name(), adapter.driver());
     let chosen = |node: &&'static Node| arguments.get(1).is_none_or(|id| id == node.id);
-    let sum = orograph_nodes::registry().get("Combine").ok_or("there is no `Combine`")?;
-    let (best, bytes, _) = measured(&gpu, sum, window)?;
-    let bandwidth = bytes / best.as_secs_f64();
+    let find = |id| orograph_nodes::registry().get(id).ok_or(id);
+    let window = square(cells);
+    let sum = measured(&gpu, find("Combine")?, window)?;
+    let bandwidth = sum.work.bytes as f64 * window.len() as f64 / sum.kernel.as_secs_f64();
     println!("bandwidth of a sum of two rasters: {:.1} GB/s\n", bandwidth / 1e9);
     println!(
-        "{:<14} {:>10} {:>12} {:>10} {:>10} {:>8}",
-        "node", "GPU (ms)", "bytes/cell", "/ floor", "CPU (ms)", "CPU/GPU"
+        "{:<14} {:>11} {:>9} {:>12} {:>9} {:>9} {:>10} {:>9}",
+        "node", "kernel (ms)", "run (ms)", "bytes/cell", "/ least", "/ moved", "CPU (ms)", "CPU/run"
     );
     for node in nodes().into_iter().filter(chosen) {
-        let (best, _, least) = measured(&gpu, node, window)?;
-        let floor = least * window.len() as f64 / bandwidth;
+        let Measured { kernel, run, work } = measured(&gpu, node, window)?;
+        let floor = |bytes: u64| bytes as f64 * window.len() as f64 / bandwidth;
         let case = brief(node, window);
         let cpu = timed(|| (node.cpu)(&job(&case, window)).map(drop))?;
         println!(
-            "{:<14} {:>10.1} {:>12} {:>10.2} {:>10.1} {:>8.2}",
+            "{:<14} {:>11.3} {:>9.2} {:>12} {:>9.2} {:>9.2} {:>10.1} {:>9.1}",
             node.id,
-            best.as_secs_f64() * 1e3,
-            least,
-            best.as_secs_f64() / floor,
+            kernel.as_secs_f64() * 1e3,
+            run.as_secs_f64() * 1e3,
+            work.least,
+            kernel.as_secs_f64() / floor(work.least),
+            kernel.as_secs_f64() / floor(work.bytes),
             cpu.as_secs_f64() * 1e3,
-            cpu.as_secs_f64() / best.as_secs_f64()
+            cpu.as_secs_f64() / run.as_secs_f64()
         );
+    }
+    let pipe = find("HydraulicPipe")?;
+    if chosen(&pipe) {
+        let per_second = steps_per_second(&gpu, pipe, square(1024.min(cells)))?;
+        println!("\nHydraulicPipe at {} cells: {per_second:.0} steps per second", 1024.min(cells));
     }
     Ok(())
 }
 
-/// The time of a kernel with its inputs on the device, the bytes that it moves, and the least bytes per cell.
-fn measured(
-    gpu: &Gpu,
-    node: &'static Node,
-    window: Window,
-) -> Result<(Duration, f64, f64), Box<dyn std::error::Error>> {
+fn square(cells: u32) -> Window {
+    Window::whole(World { size: [16_384.0; 2], cells: [cells; 2], seed: 7, ..World::default() })
+}
+
+/// The shortest times of a kernel on the device and of a run with its inputs there, and what it moves.
+struct Measured {
+    kernel: Duration,
+    run: Duration,
+    work: Work,
+}
+
+fn measured(gpu: &Gpu, node: &'static Node, window: Window) -> Result<Measured, Failure> {
     let case = brief(node, window);
     let job = job(&case, window);
     let mut count = Count::new(&job, 0);
     record(node.gpu.ok_or("no kernel for the GPU")?, &job, &mut count)?;
-    let run = || match gpu.run(node, &job)? {
-        Some(_) => Ok(()),
-        None => Err(orograph_graph::NodeError::failed(job.warnings.take().join("; "))),
+    let mut kernel = Duration::MAX;
+    let mut once = || {
+        let before = gpu.busy();
+        let ran = gpu.run(node, &job)?;
+        if let (Some(before), Some(after)) = (before, gpu.busy()) {
+            kernel = kernel.min(after.saturating_sub(before));
+        }
+        ran.map(drop).ok_or_else(|| NodeError::failed(job.warnings.take().join("; ")))
     };
     // the first runs compile the kernel, bring its inputs to the device and measure its speed
-    (0..2).try_for_each(|_| run())?;
-    let best = timed(run)?;
-    Ok((best, count.work().bytes as f64 * window.len() as f64, count.work().least as f64))
+    (0..3).try_for_each(|_| once())?;
+    let run = timed(&mut once)?;
+    Ok(Measured { kernel: kernel.min(run), run, work: count.work() })
+}
+
+/// Steps per second of an eroding storm. A call makes several, and then reads the greatest depth of water.
+#[expect(clippy::disallowed_methods, reason = "a measurement")]
+fn steps_per_second(gpu: &Arc<Gpu>, node: &'static Node, window: Window) -> Result<f64, Failure> {
+    let mut case = example(node);
+    case.graph.instance_mut(case.node).params.set("duration", ParamValue::Float(3600.0));
+    let mut job = job(&case, window);
+    let output = node.output_index("report").ok_or("no report")?;
+    job.wanted = Wanted::NONE;
+    let mut process = Backend::begin(Arc::clone(gpu), node, &job)?.ok_or("the kernel cannot be stepped")?;
+    let mut steps = |calls: u32| -> Result<f64, Failure> {
+        job.wanted = Wanted::NONE;
+        (0..calls).try_for_each(|_| process.step(&job))?;
+        job.wanted = Wanted::NONE.with(output);
+        let report = process.outputs(&job)?.take("report").ok_or("no report")?;
+        let report = report.as_report().ok_or("no report")?;
+        let steps = report.measures.iter().find(|measure| measure.name == "steps");
+        Ok(steps.map_or(0.0, |measure| measure.value))
+    };
+    let before = steps(CALLS / 4)?;
+    let start = Instant::now();
+    let after = steps(CALLS)?;
+    Ok((after - before) / start.elapsed().as_secs_f64())
 }
 
 /// The example of a node; of one whose steps are as short as its cells, a few steps.
@@ -81,14 +135,17 @@ fn brief(node: &'static Node, window: Window) -> Case {
     case
 }
 
-/// The shortest of three runs.
+/// The shortest of three runs, or of fewer if they are long.
 #[expect(clippy::disallowed_methods, reason = "a measurement")]
 fn timed<E>(mut run: impl FnMut() -> Result<(), E>) -> Result<Duration, E> {
-    let mut best = Duration::MAX;
+    let (mut best, begin) = (Duration::MAX, Instant::now());
     for _ in 0..3 {
         let start = Instant::now();
         run()?;
         best = best.min(start.elapsed());
+        if begin.elapsed() > LONG {
+            break;
+        }
     }
     Ok(best)
 }

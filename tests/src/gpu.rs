@@ -49,6 +49,8 @@ pub struct Distance {
     pub allowed: f64,
     /// The fraction of samples that are equal to the last bit.
     pub equal: f64,
+    /// The largest magnitude in the output and in the inputs.
+    pub range: f64,
 }
 
 /// Runs a case on both backends and compares all outputs. Returns None when the CPU's kernel fails, which that of the
@@ -143,5 +145,5 @@ pub fn distance(found: &[f32], expected: &[f32], range: f64, tolerance: &Toleran
     let equal = equal as f64 / found.len() as f64;
     // NaN is above every number in this order
     apart.sort_by(f64::total_cmp);
-    Distance { most: apart[apart.len() - 1 - outliers], allowed, equal }
+    Distance { most: apart[apart.len() - 1 - outliers], allowed, equal, range }
 }

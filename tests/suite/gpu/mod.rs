@@ -6,6 +6,7 @@ mod live;
 mod parity;
 mod running;
 mod shaders;
+mod slides;
 mod soak;
 mod storm;
 mod table;

@@ -7,15 +7,19 @@ use std::{
 
 use orograph_graph::{
     Node,
-    gpu::{Access, FIRST_SLOT, Shader},
+    gpu::{Access, FIRST_SLOT, Shader, WORKGROUP},
 };
 
-use super::{Adapter, lock};
+use super::{Adapter, GpuOptions, lock};
 
 /// The largest binding that kernels use, whatever the device has. Shaders number cells by whole numbers of 32 bits, and
 /// the passes of `hydrology/flow_pass` have three bits more in the same word, so that a raster has less than 2^29 cells.
 const MOST_BINDING: u64 = (1 << 31) - 4;
 const _: () = assert!((MOST_BINDING / 4) << 3 <= u32::MAX as u64, "the number of a cell and three bits fit a word");
+
+/// Invocations of a workgroup along a row on a graphics card. With [`WORKGROUP`] a large one starts workgroups more slowly
+/// than it could read and write their cells.
+const WIDE_WORKGROUP: u32 = 256;
 
 /// Why a kernel does not run on a device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -73,6 +77,8 @@ pub(super) fn one_line(text: &str) -> String {
 pub(super) struct Pipeline {
     pub(super) compute: wgpu::ComputePipeline,
     pub(super) layout: wgpu::BindGroupLayout,
+    /// Invocations of a workgroup along a row.
+    pub(super) workgroup: u32,
 }
 
 /// A device and its queue.
@@ -81,19 +87,30 @@ pub(super) struct Device {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) limits: wgpu::Limits,
+    /// Invocations of a workgroup along a row, in passes over cells.
+    workgroup: u32,
     lost: Arc<Mutex<Option<String>>>,
 }
 
 impl Device {
+    /// What a device with a clock for submits has.
+    pub(super) const CLOCK: wgpu::Features =
+        wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
+
     /// Opens an adapter, with all its limits or those that every WebGPU device has.
-    pub(super) fn open(adapter: &Adapter, plain_limits: bool) -> Result<Self, Trouble> {
+    pub(super) fn open(adapter: &Adapter, options: &GpuOptions) -> Result<Self, Trouble> {
         let all = adapter.inner.limits();
-        let limits = if plain_limits { wgpu::Limits::default() } else { all };
+        let limits = if options.plain_limits { wgpu::Limits::default() } else { all };
         let largest = limits.max_storage_buffer_binding_size.min(MOST_BINDING);
         let limits = wgpu::Limits { max_storage_buffer_binding_size: largest, ..limits };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("kernels"),
             required_limits: limits.clone(),
+            required_features: if options.clock {
+                adapter.inner.features() & Self::CLOCK
+            } else {
+                wgpu::Features::empty()
+            },
             ..wgpu::DeviceDescriptor::default()
         };
         let (device, queue) = pollster::block_on(adapter.inner.request_device(&descriptor))
@@ -106,7 +123,8 @@ impl Device {
         device.set_device_lost_callback(move |_, message| {
             lock(&on_loss).get_or_insert_with(|| format!("it was lost ({})", one_line(&message)));
         });
-        Ok(Self { device, queue, limits, lost })
+        let workgroup = if adapter.is_software() && !options.wide { WORKGROUP } else { WIDE_WORKGROUP };
+        Ok(Self { device, queue, limits, workgroup, lost })
     }
 
     /// Returns true if it cannot be used any more.
@@ -160,16 +178,26 @@ impl Device {
         self.check()
     }
 
-    /// Compiles an entry point of a shader of a node.
-    pub(super) fn pipeline(&self, node: &Node, shader: &Shader, entry: &str) -> Result<Pipeline, Trouble> {
+    /// Compiles an entry point of a shader of a node. `is_wide` chooses the workgroups of a graphics card, unless
+    /// invocations share memory, which is as large as the workgroup in the text.
+    pub(super) fn pipeline(
+        &self,
+        node: &Node,
+        shader: &Shader,
+        entry: &str,
+        is_wide: bool,
+    ) -> Result<Pipeline, Trouble> {
         let (most, needs) = (self.limits.max_storage_buffers_per_shader_stage, shader.slots.len() as u32 + 1);
         if needs > most {
             return Err(Trouble::Shader(format!("`{}` needs {needs} buffers, and the device has {most}", shader.name)));
         }
         let variables: HashSet<String> = shader.slots.iter().map(orograph_graph::gpu::Slot::variable).collect();
         debug_assert_eq!(variables.len(), shader.slots.len(), "`{}` has a slot twice", shader.name);
+        let workgroup = if is_wide && !shader.source.contains("var<workgroup>") { self.workgroup } else { WORKGROUP };
         let made = self.caught(|| {
-            let source = wgpu::ShaderSource::Wgsl(shader.text(node).into());
+            let size = |count: u32| format!("@workgroup_size({count})");
+            let text = shader.text(node).replace(&size(WORKGROUP), &size(workgroup));
+            let source = wgpu::ShaderSource::Wgsl(text.into());
             let module =
                 self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(shader.name), source });
             let layout = self.layout(shader);
@@ -186,7 +214,7 @@ impl Device {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
-            Pipeline { compute, layout }
+            Pipeline { compute, layout, workgroup }
         });
         made.map_err(|trouble| match trouble {
             Trouble::Refused(why) => Trouble::Shader(format!("`{}`, {why}", shader.name)),

@@ -6,6 +6,7 @@
 //! is lost, the CPU runs the node, and a warning says so.
 
 mod adapters;
+mod clock;
 mod device;
 mod memory;
 mod process;
@@ -21,6 +22,7 @@ use std::{
 };
 
 pub use adapters::{Adapter, Adapters, Speed};
+use clock::Clock;
 pub use device::Trouble;
 use device::{Device, Pipeline};
 use memory::Memory;
@@ -42,6 +44,10 @@ pub struct GpuOptions {
     pub memory: Option<u64>,
     /// Fill results with NaN before a kernel writes them, for tests.
     pub poison: bool,
+    /// Use the workgroups of graphics cards on a driver in software as well, for tests.
+    pub wide: bool,
+    /// Measure how long the device itself works, for benchmarks; see [`Gpu::busy`].
+    pub clock: bool,
 }
 
 /// A shader and its entry point.
@@ -59,6 +65,7 @@ pub struct Gpu {
     rates: Mutex<HashMap<Entry, f64>>,
     turn: Turn,
     poison: bool,
+    clock: Option<Clock>,
 }
 
 impl Gpu {
@@ -67,12 +74,13 @@ impl Gpu {
     /// # Errors
     /// [`Trouble`] when its driver does not work.
     pub fn new(adapter: &Adapter, options: &GpuOptions) -> Result<Self, Trouble> {
-        let mut device = Device::open(adapter, options.plain_limits)?;
+        let mut device = Device::open(adapter, options)?;
         if let Some(most) = options.largest_binding {
             let limit = &mut device.limits.max_storage_buffer_binding_size;
             *limit = most.min(*limit);
         }
         let budget = options.budget.unwrap_or_else(|| adapter.budget());
+        let clock = if options.clock { Clock::new(&device)? } else { None };
         Ok(Self {
             identity: adapter.identity(),
             memory: Arc::new(Memory::new(device, budget, options.memory.unwrap_or(u64::MAX))),
@@ -80,6 +88,7 @@ impl Gpu {
             rates: Mutex::default(),
             turn: Turn::default(),
             poison: options.poison,
+            clock,
         })
     }
 
@@ -87,6 +96,13 @@ impl Gpu {
     #[must_use]
     pub fn held(&self) -> u64 {
         self.memory.held()
+    }
+
+    /// How long the device has worked on kernels since it was opened, without the time between submits; `None` unless
+    /// [`GpuOptions::clock`] is set and the device has a clock.
+    #[must_use]
+    pub fn busy(&self) -> Option<Duration> {
+        self.clock.as_ref().map(Clock::busy)
     }
 
     /// Destroys the device, as if the driver had lost it; for tests.

@@ -13,11 +13,12 @@ use std::{
 
 use orograph_graph::{
     Field, InputValue, Job, NodeError, Outputs, Value,
-    gpu::{Bind, FIRST_SLOT, Over, Pass, Recorder, Role, Rows, ScratchId, Shader, Size, Slot, WORKGROUP},
+    gpu::{Bind, FIRST_SLOT, Over, Pass, Recorder, Role, Rows, ScratchId, Size, Slot, WORKGROUP},
 };
 
 use super::{
     Entry, Gpu,
+    clock::Clock,
     device::{Pipeline, Trouble},
     lock,
     memory::{ANSWER, Block, Resident},
@@ -194,12 +195,14 @@ impl<'a> Run<'a> {
         error
     }
 
-    fn pipeline(&self, shader: &'static Shader, entry: &'static str) -> Result<Arc<Pipeline>, Trouble> {
+    fn pipeline(&self, pass: &Pass<'_>) -> Result<Arc<Pipeline>, Trouble> {
+        let Pass { shader, entry, .. } = *pass;
+        let is_wide = !matches!(pass.over, Over::Groups(_));
         let key = (self.job.node.id, (shader.name, entry));
         if let Some(known) = lock(&self.gpu.pipelines).get(&key) {
             return known.clone().map_err(Trouble::Shader);
         }
-        let made = self.gpu.memory.device.pipeline(self.job.node, shader, entry).map(Arc::new);
+        let made = self.gpu.memory.device.pipeline(self.job.node, shader, entry, is_wide).map(Arc::new);
         let kept = match &made {
             Ok(pipeline) => Ok(Arc::clone(pipeline)),
             Err(Trouble::Shader(why)) => Err(why.clone()),
@@ -340,7 +343,7 @@ impl<'a> Run<'a> {
             };
             let group =
                 self.group(pass, pipeline, [first, row], end - first).map_err(|trouble| self.failed(trouble))?;
-            let (pipeline, groups) = (Arc::clone(pipeline), [nx.div_ceil(WORKGROUP), count, 1]);
+            let (pipeline, groups) = (Arc::clone(pipeline), [nx.div_ceil(pipeline.workgroup), count, 1]);
             let takes = rate * f64::from(nx) * f64::from(count);
             self.add(Command::Dispatch { pipeline, group, groups }, name, takes, known.is_none())?;
             row += count;
@@ -378,9 +381,13 @@ impl<'a> Run<'a> {
         self.job.check()?;
         let (memory, pending) = (&self.gpu.memory, std::mem::take(&mut self.pending));
         let device = &memory.device;
+        let clock = self.gpu.clock.as_ref();
         let start = now();
         let submitted = device.caught(|| {
             let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            if let Some(clock) = clock {
+                clock.begin(&mut encoder);
+            }
             let mut commands = pending.iter().peekable();
             while let Some(command) = commands.peek() {
                 if let Command::Clear(buffer) = command {
@@ -396,16 +403,23 @@ impl<'a> Run<'a> {
                     commands.next();
                 }
             }
+            if let Some(clock) = clock {
+                clock.end(&mut encoder);
+            }
             let host = answer.map(|(buffer, bytes)| {
                 let host = memory.answer();
                 encoder.copy_buffer_to_buffer(buffer, 0, &host, 0, bytes);
                 (host, bytes)
             });
             device.queue.submit([encoder.finish()]);
+            if let Some(clock) = clock {
+                clock.ask();
+            }
             host.inspect(|(host, bytes)| host.map_async(wgpu::MapMode::Read, 0..*bytes, |_| ()))
         });
         let taken = submitted.and_then(|host| {
             device.wait()?;
+            clock.map_or(Ok(()), Clock::add)?;
             host.map_or_else(|| Ok(Vec::new()), |(host, bytes)| memory.take_answer(host, bytes))
         });
         let taken = taken.map_err(|trouble| self.failed(trouble))?;
@@ -467,7 +481,7 @@ impl Recorder for Run<'_> {
 
     fn pass(&mut self, pass: &Pass<'_>) -> Result<(), NodeError> {
         self.job.check()?;
-        let pipeline = self.pipeline(pass.shader, pass.entry).map_err(|trouble| self.failed(trouble))?;
+        let pipeline = self.pipeline(pass).map_err(|trouble| self.failed(trouble))?;
         match pass.over {
             Over::Cells(rows) => {
                 let fitting = self.rows_of_binding(rows).map_err(|trouble| self.failed(trouble))?;

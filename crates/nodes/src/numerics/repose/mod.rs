@@ -19,6 +19,7 @@
 //! cells is.
 
 mod cap;
+pub(crate) mod device;
 mod pace;
 mod pyramid;
 #[cfg(test)]
@@ -107,14 +108,7 @@ impl Slump {
     /// [`OutOfMemory`].
     pub fn new(land: &Land<'_>, tolerance: f32) -> Result<Self, OutOfMemory> {
         let Land { cells, wraps, .. } = *land;
-        let mut coarser = 0;
-        while cells
-            .iter()
-            .zip(wraps)
-            .all(|(&n, wraps)| n >> (coarser + 1) >= COARSEST && (!wraps || n.is_multiple_of(1 << (coarser + 1))))
-        {
-            coarser += 1;
-        }
+        let coarser = coarser(cells, wraps);
         // closed cells extend the sides to a multiple of the coarsest cells
         let [nx, ny] = cells.map(|n| n.next_multiple_of(1 << coarser));
         let mut levels = vec![Level::new([nx, ny], wraps, land.loose.is_some())?];
@@ -127,9 +121,7 @@ impl Slump {
             let to = finest.at(0, j);
             finest.rise[to..][..cells[0]].copy_from_slice(row);
         }
-        let least = land.rise.iter().copied().fold(f32::MAX, f32::min).max(f32::MIN_POSITIVE * 1e9);
-        // a power of two, so that its multiples scale and add exactly
-        finest.quantum = f32::from_bits(least.to_bits() & 0xff80_0000) * QUANTUM;
+        finest.quantum = quantum(least(land.rise));
         wrap(&mut finest.rise, nx, ny, wraps);
         for level in 0..coarser {
             let (fine, coarse) = levels.split_at_mut(level + 1);
@@ -248,6 +240,30 @@ impl Slump {
         }
         Ok(moved)
     }
+}
+
+/// The number of coarser grids of a raster.
+fn coarser(cells: [usize; 2], wraps: [bool; 2]) -> usize {
+    let mut coarser = 0;
+    while cells
+        .iter()
+        .zip(wraps)
+        .all(|(&n, wraps)| n >> (coarser + 1) >= COARSEST && (!wraps || n.is_multiple_of(1 << (coarser + 1))))
+    {
+        coarser += 1;
+    }
+    coarser
+}
+
+/// The least rise at repose of a raster.
+pub(crate) fn least(rise: &[f32]) -> f32 {
+    rise.iter().copied().fold(f32::MAX, f32::min)
+}
+
+/// The quantum of flows on terrain with that least rise at repose: a power of two, so that its multiples scale and add
+/// exactly.
+fn quantum(least: f32) -> f32 {
+    f32::from_bits(least.max(f32::MIN_POSITIVE * 1e9).to_bits() & 0xff80_0000) * QUANTUM
 }
 
 /// Returns true if opposite sides of a world are joined, along x and y.
@@ -412,7 +428,12 @@ fn wrap(raster: &mut [f32], nx: usize, ny: usize, wraps: [bool; 2]) {
 }
 
 /// Heights from this value on, in metres, count as voids: their squares would overflow.
-const HIGHEST: f32 = 1e15;
+pub(crate) const HIGHEST: f32 = 1e15;
+
+/// The tangent of an angle of repose in degrees.
+pub(crate) fn tangent(degrees: f32) -> f32 {
+    math::f32::tan(degrees.clamp(1.0, 89.0).to_radians())
+}
 
 /// Returns the rise between neighbours at an angle, in metres; infinite where the mask or a void prevents movement.
 ///
@@ -420,7 +441,6 @@ const HIGHEST: f32 = 1e15;
 /// [`NodeError::Cancelled`].
 pub fn rises(job: &Job<'_>, height: &[f32], angle: Lane<'_>, mask: Lane<'_>) -> Result<Vec<f32>, NodeError> {
     let cell_m = job.cell_m() as f32;
-    let tangent = |degrees: f32| math::f32::tan(degrees.clamp(1.0, 89.0).to_radians());
     let constant = angle.constant().map(tangent);
     let nx = job.window().nx();
     let mut rise = zeroed(height.len())?;

@@ -8,11 +8,11 @@ pub const TILE: [usize; 2] = [127, 8];
 
 /// Maximum fraction of its loose layer that a cell gives in a sweep along the slope at a corner, and over a face. The
 /// flows of four corners, each at most √½ of the limit, and of four faces take less than the whole layer.
-const GIVEN: [f32; 2] = [0.25, 0.0625];
+pub const GIVEN: [f32; 2] = [0.25, 0.0625];
 
 /// Smallest flow of a loose layer that counts as movement, as a fraction of the rise at repose: 1 cm in a sweep on
 /// cells of 10 m. Thinner films keep flowing, but the iteration does not continue for them.
-const FILM: f32 = 1.5e-3;
+pub const FILM: f32 = 1.5e-3;
 
 /// Inputs of a sweep. Rasters have a halo of one cell, and room for [`WIDE`] cells after the last row.
 #[derive(Clone, Copy)]
@@ -180,7 +180,7 @@ fn above(rise: f32, repose: f32) -> f32 {
 }
 
 /// Limit on the height of the side cells above a diagonal, in rises at repose; slopes near repose stay below it.
-const WALL: f32 = 1.5;
+pub const WALL: f32 = 1.5;
 
 /// Two opposite cells of a corner, and the heights of the other two above the first of them, in metres.
 #[derive(Clone, Copy)]

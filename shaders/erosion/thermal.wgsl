@@ -1,0 +1,44 @@
+// The ends of a slide on the device; see crates/nodes/src/erosion/thermal/device.rs. The slide itself is
+// shaders/lib/repose_sweep.
+
+const CLOSED: f32 = 1e30;
+const SHUT: f32 = 1e20;
+
+/// Cells of a row whose gains one invocation adds up.
+const PART: u32 = 64u;
+
+/// Ground and rise at repose of each cell of a grid of `k_wide` by `k_high` cells; beyond the window it is closed.
+@compute @workgroup_size(64)
+fn load(@builtin(global_invocation_id) id: vec3<u32>) {
+    let cell = cell_of(id);
+    if (cell.x >= p.k_wide || cell.y >= p.k_high) {
+        return;
+    }
+    var loaded = vec2<f32>(0.0, CLOSED);
+    if (!is_outside(cell)) {
+        let here = at(cell.x, cell.y);
+        let rise = tangents[here * p.k_tangents] * p.cell_m / max(clamp(read_mask(here), 0.0, 1.0), 1e-25);
+        let height = read_height(here);
+        let is_ground = (bitcast<u32>(height) & 0x7fffffffu) < bitcast<u32>(p.k_highest);
+        if (is_ground && rise < SHUT) {
+            loaded = vec2<f32>(height, rise);
+        }
+    }
+    land[cell.y * p.k_wide + cell.x] = loaded;
+}
+
+/// What the cells of a part of a row have gained, times `k_share`, and lost.
+@compute @workgroup_size(64)
+fn sums(@builtin(global_invocation_id) id: vec3<u32>) {
+    let spot = cell_of(id);
+    let parts = (p.nx + PART - 1u) / PART;
+    if (spot.x >= parts || spot.y >= p.ny) {
+        return;
+    }
+    var total = vec2<f32>(0.0, 0.0);
+    for (var x = spot.x * PART; x < min((spot.x + 1u) * PART, p.nx); x++) {
+        let gained = moved[spot.y * p.k_wide + x];
+        total += vec2<f32>(max(gained, 0.0) * p.k_share, max(-gained, 0.0));
+    }
+    changes[spot.y * parts + spot.x] = total;
+}
