@@ -17,7 +17,7 @@ use orograph_nodes::gpu::Gpu;
 
 use crate::{
     Draw, LAND, SELECTION, STEPPED,
-    gpu::{Distance, distance, nodes, range},
+    gpu::{Distance, distance, nodes, nudge, range},
     run::Case,
 };
 
@@ -338,16 +338,5 @@ impl Soak {
                 ));
             }
         }
-    }
-}
-
-/// An input whose samples are one bit larger.
-fn nudge(input: &InputValue) -> InputValue {
-    match input {
-        InputValue::Value(Value::Field(field)) => {
-            let samples = field.samples().iter().map(|v| v.next_up()).collect();
-            InputValue::Value(Field::with_planes(*field.window(), field.planes(), samples).into())
-        }
-        other => other.clone(),
     }
 }

@@ -6,7 +6,7 @@ use orograph_graph::{
 use orograph_nodes::gpu::GpuOptions;
 use orograph_tests::{
     Case, STEPPED, cases, example,
-    gpu::{compare, nodes, open, run},
+    gpu::{compare, distance, field, nodes, nudge, open, run},
     inputs,
 };
 
@@ -73,12 +73,25 @@ fn brief(mut case: Case, window: Window) -> Case {
     case
 }
 
+/// How far the CPU's output moves when half of the samples of its inputs are one bit larger: a storm with random parameters may
+/// hang on the last bit within a few steps, and cards round products and sums at once.
+fn by_last_bit(case: &Case, given: &[InputValue], window: Window, output: &orograph_graph::Output) -> f64 {
+    let by_cpu = |inputs: Vec<InputValue>| {
+        let mut outputs = (case.kind().cpu)(&case.job(inputs, window)).expect("the kernel runs");
+        field(&mut outputs, output.name)
+    };
+    let at = case.kind().output_index(output.name).expect("an output");
+    let tolerance = &case.kind().gpu.expect("a kernel for the GPU").tolerance[at];
+    let (plain, nudged) = (by_cpu(given.to_vec()), by_cpu(given.iter().map(nudge).collect()));
+    distance(nudged.samples(), plain.samples(), 0.0, tolerance).most
+}
+
 /// Results are poisoned with NaN first, so that a sample that a kernel does not write is found.
 fn check(options: &GpuOptions, test: &str) {
     let Some(gpu) = open(test, options) else { return };
     let mut wrong = Vec::new();
     for node in nodes() {
-        let mut compared = 0;
+        let (mut compared, mut nudged) = (0, 0);
         for case in all_cases(node) {
             // the largest magnitudes of the outputs in any world so far: that of a single cell may be small by chance
             let mut ranges = vec![0.0_f64; node.outputs.len()];
@@ -86,14 +99,19 @@ fn check(options: &GpuOptions, test: &str) {
                 let case = brief(case.clone(), window);
                 let given = inputs(&case, window);
                 let Some(distances) = compare(&gpu, &case, &given, window) else { continue };
-                compared += 1;
+                compared += distances.len();
                 let tolerances = node.gpu.expect("a kernel for the GPU").tolerance;
                 for (((output, distance), range), tolerance) in
                     node.outputs.iter().zip(distances).zip(&mut ranges).zip(tolerances)
                 {
                     *range = range.max(distance.range);
                     let allowed = distance.allowed.max(tolerance.absolute + tolerance.relative * *range);
-                    if distance.most.is_nan() || distance.most > allowed {
+                    if distance.most <= allowed {
+                        continue;
+                    }
+                    if STEPPED.contains(&node.id) && distance.most <= 2.0 * by_last_bit(&case, &given, window, output) {
+                        nudged += 1;
+                    } else {
                         let (id, output, name, cells) = (node.id, output.name, &case.name, window.cells);
                         wrong.push(format!("{id}.{output}, {name}, {cells:?}: {distance:?}"));
                     }
@@ -101,6 +119,7 @@ fn check(options: &GpuOptions, test: &str) {
             }
         }
         assert!(compared > 0, "{} was never compared", node.id);
+        assert!(20 * nudged <= compared, "{}: {nudged} of {compared} outputs hang on the last bit", node.id);
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
@@ -113,8 +132,9 @@ fn every_kernel_is_within_its_tolerance_and_writes_all_samples() {
 /// The workgroups of graphics cards give the same bytes as those of a driver in software, on the same device.
 #[test]
 fn workgroups_of_any_size_give_the_same_bytes() {
-    let wide = GpuOptions { wide: true, poison: true, ..GpuOptions::default() };
-    let (Some(wide), Some(plain)) = (open("workgroups", &wide), open("workgroups", &GpuOptions::default())) else {
+    let plain = GpuOptions { workgroup: Some(64), ..GpuOptions::default() };
+    let wide = GpuOptions { workgroup: Some(256), poison: true, ..GpuOptions::default() };
+    let (Some(wide), Some(plain)) = (open("workgroups", &wide), open("workgroups", &plain)) else {
         return;
     };
     let window = Window::whole(World { cells: [301, 29], size: [301.0 * 20.0, 29.0 * 20.0], ..odd() });

@@ -1,7 +1,9 @@
 //! Slides on the GPU: over all grids of the pyramid they come to rest as on the CPU.
 
+use std::f64::consts::TAU;
+
 use orograph_graph::{Balance, Boundary, Edge, Field, InputValue, ParamValue, Wanted, Window, World};
-use orograph_nodes::gpu::GpuOptions;
+use orograph_nodes::{gpu::GpuOptions, numerics::math};
 use orograph_tests::{
     Case, example,
     gpu::{field, open, run},
@@ -10,13 +12,13 @@ use orograph_tests::{
 
 /// Cliffs, ridges and a mesa, on cells of 10 m.
 fn cliffs(window: Window) -> Field {
+    let [nx, ny] = [window.nx(), window.ny()].map(|count| count as f64);
     let height = |cell: usize| {
-        let [x, y] = [cell % window.nx(), cell / window.nx()].map(|at| at as f32);
-        let [nx, ny] = [window.nx(), window.ny()].map(|count| count as f32);
-        let wave = (std::f32::consts::TAU * 5.0 * x / nx).sin() * (std::f32::consts::TAU * 3.0 * y / ny).cos();
-        let rough = (12.9898 * x + 78.233 * y).sin() * 437.0;
-        let mesa = if (x - 0.6 * nx).hypot(y - 0.4 * ny) < 0.2 * ny { 40.0 } else { 0.0 };
-        400.0 + 60.0 * wave + mesa + 2.0 * (rough - rough.floor())
+        let [x, y] = [cell % window.nx(), cell / window.nx()].map(|at| at as f64);
+        let wave = math::sin(TAU * 5.0 * x / nx) * math::cos(TAU * 3.0 * y / ny);
+        let mesa = if math::hypot(x - 0.6 * nx, y - 0.4 * ny) < 0.2 * ny { 40.0 } else { 0.0 };
+        let rough = f64::from(orograph_graph::mix(cell as u32) >> 8) / 16_777_216.0;
+        (400.0 + 60.0 * wave + mesa + 2.0 * rough) as f32
     };
     Field::new(window, (0..window.len()).map(height).collect())
 }
@@ -50,7 +52,7 @@ fn slides_come_to_rest_as_on_the_cpu() {
     for (world, names) in worlds() {
         let window = Window::whole(world);
         let layer = |metres: f32| InputValue::Value(Field::constant(window, metres).into());
-        let angles = (0..window.len()).map(|cell| 25.0 + 10.0 * (cell as f32 * 0.001).sin()).collect();
+        let angles = (0..window.len()).map(|cell| 25.0 + 10.0 * math::sin(cell as f64 * 0.001) as f32).collect();
         let angles = InputValue::Value(Field::new(window, angles).into());
         let half = (0..window.len()).map(|cell| if cell % window.nx() < window.nx() / 2 { 1.0 } else { 0.0 }).collect();
         let half = InputValue::Value(Field::new(window, half).into());

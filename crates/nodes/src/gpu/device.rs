@@ -123,7 +123,8 @@ impl Device {
         device.set_device_lost_callback(move |_, message| {
             lock(&on_loss).get_or_insert_with(|| format!("it was lost ({})", one_line(&message)));
         });
-        let workgroup = if adapter.is_software() && !options.wide { WORKGROUP } else { WIDE_WORKGROUP };
+        let suited = if adapter.is_software() { WORKGROUP } else { WIDE_WORKGROUP };
+        let workgroup = options.workgroup.unwrap_or(suited);
         Ok(Self { device, queue, limits, workgroup, lost })
     }
 

@@ -44,8 +44,8 @@ pub struct GpuOptions {
     pub memory: Option<u64>,
     /// Fill results with NaN before a kernel writes them, for tests.
     pub poison: bool,
-    /// Use the workgroups of graphics cards on a driver in software as well, for tests.
-    pub wide: bool,
+    /// Invocations of a workgroup in passes over cells, for tests and benchmarks; `None` for what suits the adapter.
+    pub workgroup: Option<u32>,
     /// Measure how long the device itself works, for benchmarks; see [`Gpu::busy`].
     pub clock: bool,
 }
