@@ -73,8 +73,8 @@ fn brief(mut case: Case, window: Window) -> Case {
     case
 }
 
-/// How far the CPU's output moves when half of the samples of its inputs are one bit larger: a storm with random parameters may
-/// hang on the last bit within a few steps, and cards round products and sums at once.
+/// How far the CPU's output moves when half of the samples of its inputs are one bit larger: a storm with random
+/// parameters may hang on the last bit within a few steps, and cards round products and sums at once.
 fn by_last_bit(case: &Case, given: &[InputValue], window: Window, output: &orograph_graph::Output) -> f64 {
     let by_cpu = |inputs: Vec<InputValue>| {
         let mut outputs = (case.kind().cpu)(&case.job(inputs, window)).expect("the kernel runs");

@@ -69,11 +69,11 @@ pub(super) static GPU: GpuKernel = GpuKernel {
         let params = Params::read(params);
         params.until == Until::Equilibrium || left_of(&params) < 1.0
     },
-    // thousands of sweeps end within the tolerance of slopes, a few of them sooner or later than on the CPU
+    // sweeps end within the tolerance of slopes, sometimes one cycle sooner or later than on the CPU
     tolerance: &[
-        Tolerance::relative(1e-3),
-        Tolerance::relative(1e-3),
-        Tolerance::relative(1e-3),
+        Tolerance::relative(1e-3).except(0.02),
+        Tolerance::relative(1e-3).except(0.02),
+        Tolerance::relative(1e-3).except(0.02),
         Tolerance::relative(1e-5),
         Tolerance::relative(1e-3),
     ],

@@ -199,7 +199,7 @@ impl Layer {
 }
 
 /// Sums over all cells, in metres.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Sums {
     /// Thickness of debris at the start.
     thickness_m: f64,
@@ -209,6 +209,14 @@ struct Sums {
     slid_m: [f64; 2],
     /// Thickness of debris at the end.
     end_m: f64,
+}
+
+impl Default for Sums {
+    /// Sums over no cells: -0, as the sum of no numbers is, in the bytes of all reports so far.
+    fn default() -> Self {
+        let none = ledger::total(&[]);
+        Self { thickness_m: none, crumbled_m: none, slid_m: [0.0; 2], end_m: 0.0 }
+    }
 }
 
 impl Sums {

@@ -1,3 +1,5 @@
+//! Slides: closed forms, conservation and every kind of input.
+
 use orograph_graph::{Boundary, Cancel, Edge, World};
 
 use super::*;
