@@ -1,11 +1,5 @@
 // The ends of a slide on the device; see crates/nodes/src/erosion/thermal/device.rs. The slide itself is
-// shaders/lib/repose_sweep.
-
-const CLOSED: f32 = 1e30;
-const SHUT: f32 = 1e20;
-
-/// Cells of a row whose gains one invocation adds up.
-const PART: u32 = 64u;
+// shaders/lib/repose_sweep. It needs shaders/lib/repose.
 
 /// Ground and rise at repose of each cell of a grid of `k_wide` by `k_high` cells; beyond the window it is closed.
 @compute @workgroup_size(64)
@@ -27,16 +21,16 @@ fn load(@builtin(global_invocation_id) id: vec3<u32>) {
     land[cell.y * p.k_wide + cell.x] = loaded;
 }
 
-/// What the cells of a part of a row have gained, times `k_share`, and lost.
+/// What the `k_part` cells of a part of a row have gained, times `k_share`, and lost.
 @compute @workgroup_size(64)
 fn sums(@builtin(global_invocation_id) id: vec3<u32>) {
     let spot = cell_of(id);
-    let parts = (p.nx + PART - 1u) / PART;
+    let parts = (p.nx + p.k_part - 1u) / p.k_part;
     if (spot.x >= parts || spot.y >= p.ny) {
         return;
     }
     var total = vec2<f32>(0.0, 0.0);
-    for (var x = spot.x * PART; x < min((spot.x + 1u) * PART, p.nx); x++) {
+    for (var x = spot.x * p.k_part; x < min((spot.x + 1u) * p.k_part, p.nx); x++) {
         let gained = moved[spot.y * p.k_wide + x];
         total += vec2<f32>(max(gained, 0.0) * p.k_share, max(-gained, 0.0));
     }

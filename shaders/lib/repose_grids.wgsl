@@ -1,7 +1,5 @@
 // Between the grids of crates/nodes/src/numerics/repose (`pyramid`): means of 2 x 2 cells, and gains of coarse cells for
-// finer ones. `k_wide` and `k_high` are those of the coarse grid. It needs shaders/lib/lines.
-
-const SHUT: f32 = 1e20;
+// finer ones. `k_wide` and `k_high` are those of the coarse grid. It needs shaders/lib/lines and shaders/lib/repose.
 
 fn is_beyond(cell: vec2<u32>) -> bool { return cell.x >= p.k_wide || cell.y >= p.k_high; }
 

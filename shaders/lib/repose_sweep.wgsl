@@ -1,11 +1,8 @@
-// One sweep of crates/nodes/src/numerics/repose (`sweep`) over all cells of a grid; it needs shaders/lib/lines.
+// One sweep of crates/nodes/src/numerics/repose (`sweep`) over all cells of a grid; it needs shaders/lib/lines and
+// shaders/lib/repose.
 //
 // `land` has the ground and the rise at repose of each cell, `moved` its gain so far. A sweep does nothing but copy once
 // the one before it has found that all slopes rest, or has changed nothing.
-
-/// Rises at repose above this are those of closed cells.
-const SHUT: f32 = 1e20;
-const CLOSED: f32 = 1e30;
 
 struct Cell {
     ground: f32,
@@ -45,7 +42,7 @@ fn cell_near(x: i32, y: i32) -> Cell {
 
 fn rise_to(a: Cell, b: Cell) -> f32 { return (b.ground - a.ground) + (b.moved - a.moved); }
 
-/// 1 / √x to 5e-6, and 1e18 below 1e-36: in any order of the products nothing is infinite.
+/// 1 / √x to 5e-6 by the steps of the CPU, and 1e18 below 1e-36: in any order of the products nothing is infinite.
 fn root_of(v: f32) -> f32 {
     let x = max(v, 1e-36);
     var y = bitcast<f32>(0x5f3759dfu - (bitcast<u32>(x) >> 1u));

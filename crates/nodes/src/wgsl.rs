@@ -30,6 +30,8 @@ pub(crate) const PIPE_FACES: &str = wgsl!("lib/pipe_faces");
 pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");
 /// Neighbours and receivers on a raster; it needs [`LINES`].
 pub(crate) const FLOW: &str = wgsl!("lib/flow");
+/// Closed cells of slides.
+pub(crate) const REPOSE: &str = wgsl!("lib/repose");
 /// Horizons in one direction; it needs [`LINES`].
 pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
 /// The hidden part of the sky, by horizons.

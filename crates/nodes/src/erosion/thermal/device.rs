@@ -6,29 +6,28 @@ use orograph_graph::{
     gpu::{ScratchId, Size},
 };
 
-use super::{Inputs, Layer, Params, Sums, Until, Wants, crumble, left_of, report, warn_of_loose, warn_of_steep};
+use super::{Inputs, Layer, Params, Start, Sums, Until, Wants, left_of, report, warn_of_loose, warn_of_steep};
 use crate::{
-    numerics::{
-        ledger,
-        repose::{
-            HIGHEST, Land,
-            device::{GRIDS, SWEEP, Slide, padded},
-            least, relaxed, rises, tangent, wraps,
-        },
+    numerics::repose::{
+        HIGHEST,
+        device::{CLOSED, GRIDS, SWEEP, Slide, padded},
+        least, tangent, wraps,
     },
     prelude::*,
+    wgsl,
 };
 
 static LOAD: Shader = Shader {
     name: "erosion/thermal",
     source: wgsl!("erosion/thermal"),
-    library: &[],
+    library: &[wgsl::REPOSE],
     values: &[
         ("k_wide", Number::U32),
         ("k_high", Number::U32),
         ("k_tangents", Number::U32),
         ("k_highest", Number::F32),
         ("k_share", Number::F32),
+        ("k_part", Number::U32),
     ],
     slots: &[
         Slot::input("height"),
@@ -80,22 +79,22 @@ pub(super) static GPU: GpuKernel = GpuKernel {
 };
 
 /// What slides, on the device.
-struct Start {
+struct Loaded {
     /// Ground and rise at repose.
     land: ScratchId,
-    layer: Option<Loose>,
+    loose: Option<Loose>,
 }
 
 /// A loose layer on rock.
 struct Loose {
-    /// Its thickness, with room beyond the window; on the host that of the window.
-    on_device: ScratchId,
-    on_host: Vec<f32>,
+    /// Its thickness, with room beyond the window.
+    thickness: ScratchId,
     /// Rock that has failed.
     rock: ScratchId,
     /// The least rise at repose.
     least: f32,
-    sums: Sums,
+    /// The layer on the host.
+    host: Layer,
 }
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
@@ -104,11 +103,11 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let wraps = wraps(&window.world.boundary);
     let has_debris = job.input("debris").is_some_and(InputValue::is_wired);
     let start = if has_debris || params.until == Until::Duration {
-        prepared(job, recorder, &params, wraps)?
+        uploaded(job, recorder, &params, wraps)?
     } else {
-        Start { land: loaded(job, recorder, padded(cells, wraps))?, layer: None }
+        Loaded { land: loaded(job, recorder, padded(cells, wraps))?, loose: None }
     };
-    let loose = start.layer.as_ref().map(|layer| (layer.on_device, layer.least));
+    let loose = start.loose.as_ref().map(|loose| (loose.thickness, loose.least));
     let mut slide = Slide::new(recorder, (cells, wraps), (start.land, loose), params.tolerance as f32)?;
     if !slide.settle(recorder, job)? {
         warn_of_steep(job, &params);
@@ -120,16 +119,16 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let wide = Scalar::U32(padded(cells, wraps)[0] as u32);
     let moved = ("moved", Bind::Scratch(slide.moved()));
     let layer = start
-        .layer
+        .loose
         .iter()
-        .flat_map(|layer| [("loose", Bind::Scratch(layer.on_device)), ("rock", Bind::Scratch(layer.rock))]);
+        .flat_map(|loose| [("loose", Bind::Scratch(loose.thickness)), ("rock", Bind::Scratch(loose.rock))]);
     recorder.pass(&Pass {
         shader: &END,
         entry: "main",
         bind: &std::iter::once(moved).chain(layer).collect::<Vec<_>>(),
         values: &[
             ("k_wide", wide),
-            ("k_layered", Scalar::U32(u32::from(start.layer.is_some()))),
+            ("k_layered", Scalar::U32(u32::from(start.loose.is_some()))),
             ("k_share", Scalar::F32(share)),
             ("k_swelling", Scalar::F32(params.bulking as f32 - 1.0)),
         ],
@@ -137,15 +136,15 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     })?;
     if Wants::of(job).report {
         let slid_m = changes.measure(recorder, share)?;
-        let sums = match start.layer {
+        let sums = match start.loose {
             None => Sums { slid_m, ..Sums::default() },
-            Some(layer) => {
+            Some(Loose { host, .. }) => {
                 let bits = recorder.read(slide.moved(), padded(cells, wraps).iter().product())?;
                 let rows = bits.chunks_exact(padded(cells, wraps)[0]).flat_map(|row| &row[..cells[0]]);
                 let slid = rows.map(|bits| f32::from_bits(*bits));
                 let slid = slid.map(|slid| if slid > 0.0 { slid * share } else { slid });
-                let end = layer.on_host.iter().zip(slid).map(|(loose, slid)| f64::from((loose + slid).max(0.0)));
-                Sums { slid_m, end_m: end.filter(|thickness| thickness.is_finite()).sum(), ..layer.sums }
+                let end = host.loose.iter().zip(slid).map(|(loose, slid)| f64::from((loose + slid).max(0.0)));
+                Sums { slid_m, end_m: end.filter(|thickness| thickness.is_finite()).sum(), ..host.sums }
             }
         };
         recorder.give("report", report(job, params.bulking, sums).into());
@@ -180,58 +179,47 @@ fn loaded(job: &Job<'_>, recorder: &mut dyn Recorder, [wide, high]: [usize; 2]) 
     Ok(land)
 }
 
-fn values([wide, high]: [usize; 2], tangents: u32, share: f32) -> [(&'static str, Scalar); 5] {
+fn values([wide, high]: [usize; 2], tangents: u32, share: f32) -> [(&'static str, Scalar); 6] {
     [
         ("k_wide", Scalar::U32(wide as u32)),
         ("k_high", Scalar::U32(high as u32)),
         ("k_tangents", Scalar::U32(tangents)),
         ("k_highest", Scalar::F32(HIGHEST)),
         ("k_share", Scalar::F32(share)),
+        ("k_part", Scalar::U32(Changes::PART)),
     ]
 }
 
 /// The same where the CPU computes what fails, and what is stable.
-fn prepared(job: &Job<'_>, recorder: &mut dyn Recorder, params: &Params, wraps: [bool; 2]) -> Result<Start, NodeError> {
+fn uploaded(
+    job: &Job<'_>,
+    recorder: &mut dyn Recorder,
+    params: &Params,
+    wraps: [bool; 2],
+) -> Result<Loaded, NodeError> {
     job.inputs.iter().try_for_each(InputValue::fetch)?;
-    let inputs = Inputs::read(job)?;
-    let (height, window) = (inputs.height.samples(), job.window());
+    let (inputs, window) = (Inputs::read(job)?, job.window());
     let cells = [window.nx(), window.ny()];
-    let left = left_of(params);
-    let rise = rises(job, height, inputs.talus, inputs.mask)?;
-    let land = Land { cells, wraps, height, rise: &rise, loose: None };
-    let mut upload = |height: &[f32], rise: &[f32]| {
-        let pair = |(height, rise): (&f32, &f32)| {
-            if *rise < f32::INFINITY { [height.to_bits(), rise.to_bits()] } else { CLOSED.map(f32::to_bits) }
-        };
-        let pairs: Vec<[u32; 2]> = height.iter().zip(rise).map(pair).collect();
-        recorder.table(extended(&pairs, cells, wraps, CLOSED.map(f32::to_bits)).as_flattened())
+    let Start { rise, layer } = Start::new(job, &inputs, params)?;
+    let closed = CLOSED.map(f32::to_bits);
+    let ground = layer.as_ref().map_or(inputs.height.samples(), |layer| &layer.ground);
+    let pair = |(height, rise): (&f32, &f32)| {
+        if rise.is_finite() { [height.to_bits(), rise.to_bits()] } else { closed }
     };
-    let Some(debris) = inputs.debris else {
-        if inputs.strata.is_some() {
-            warn_of_loose(job);
-        }
-        return Ok(Start { land: upload(height, &relaxed(&land, left, job)?)?, layer: None });
-    };
-    let thickness: Vec<f32> = debris.samples().iter().map(|thickness| thickness.max(0.0)).collect();
-    let crumbled = crumble(&land, &inputs, &thickness, left, job)?;
-    let Layer { loose, ground, .. } = Layer::new(height, &thickness, &crumbled, params.bulking);
-    let rise = relaxed(&Land { height: &ground, loose: Some(&loose), ..land }, left, job)?;
-    let land = upload(&ground, &rise)?;
-    let lying: Vec<[u32; 1]> =
-        loose.iter().zip(&rise).map(|(loose, rise)| [if rise.is_finite() { loose.to_bits() } else { 0 }]).collect();
-    let rock: Vec<u32> = crumbled.iter().map(|metres| metres.to_bits()).collect();
-    let layer = Loose {
-        on_device: recorder.table(extended(&lying, cells, wraps, [0]).as_flattened())?,
-        on_host: loose,
+    let pairs: Vec<[u32; 2]> = ground.iter().zip(&rise).map(pair).collect();
+    let land = recorder.table(extended(&pairs, cells, wraps, closed).as_flattened())?;
+    let Some(host) = layer else { return Ok(Loaded { land, loose: None }) };
+    let lying = |(loose, rise): (&f32, &f32)| [if rise.is_finite() { loose.to_bits() } else { 0 }];
+    let lying: Vec<[u32; 1]> = host.loose.iter().zip(&rise).map(lying).collect();
+    let rock: Vec<u32> = host.crumbled.iter().map(|metres| metres.to_bits()).collect();
+    let loose = Loose {
+        thickness: recorder.table(extended(&lying, cells, wraps, [0]).as_flattened())?,
         rock: recorder.table(&rock)?,
         least: least(&rise),
-        sums: Sums { thickness_m: ledger::total(&thickness), crumbled_m: ledger::total(&crumbled), ..Sums::default() },
+        host,
     };
-    Ok(Start { land, layer: Some(layer) })
+    Ok(Loaded { land, loose: Some(loose) })
 }
-
-/// Ground and rise at repose of a closed cell.
-const CLOSED: [f32; 2] = [0.0, 1e30];
 
 /// Rows of a raster with the cells of [`padded`] beyond them.
 fn extended<const N: usize>(

@@ -112,36 +112,29 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
     let height = inputs.height.samples();
-    let left = left_of(&params);
     let wants = Wants::of(job);
     let field = |samples| Field::new(window, samples);
     let still = |wanted: bool| wanted.then(|| Field::constant(window, 0.0));
-    let thickness: Option<Vec<f32>> =
-        inputs.debris.map(|debris| debris.samples().iter().map(|thickness| thickness.max(0.0)).collect());
-    if left == 1.0 {
-        let lying = thickness.as_deref().unwrap_or_default();
+    if left_of(&params) == 1.0 {
+        let lying = inputs.debris.map(thickness);
         return Ok(Given {
             report: wants.report.then(|| {
-                let lying_m = ledger::total(lying);
+                let lying_m = ledger::total(lying.as_deref().unwrap_or_default());
                 report(job, params.bulking, Sums { thickness_m: lying_m, end_m: lying_m, ..Sums::default() })
             }),
             height: wants.height.then(|| inputs.height.clone()),
             moved: still(wants.moved),
-            debris: wants.debris.then(|| thickness.map(field).unwrap_or_else(|| Field::constant(window, 0.0))),
+            debris: wants.debris.then(|| lying.map(field).unwrap_or_else(|| Field::constant(window, 0.0))),
             crumbled: still(wants.crumbled),
         }
         .into());
     }
-    let rise = rises(job, height, inputs.talus, inputs.mask)?;
-    let wraps = if window.is_whole() { wraps(&job.world().boundary) } else { [false; 2] };
-    let land = Land { cells: [window.nx(), window.ny()], wraps, height, rise: &rise, loose: None };
-    let Some(thickness) = thickness else {
-        if inputs.strata.is_some() {
-            warn_of_loose(job);
-        }
-        let moved = slide(&land, left, &params, job)?;
+    let Start { rise, layer } = Start::new(job, &inputs, &params)?;
+    let land = land(&window, height, &rise);
+    let Some(Layer { crumbled, swelled, loose, ground, sums }) = layer else {
+        let moved = slide(&land, &params, job)?;
         return Ok(Given {
-            report: wants.report.then(|| report(job, params.bulking, Sums::of_slide(&moved))),
+            report: wants.report.then(|| report(job, params.bulking, Sums::default().slid(&moved))),
             height: wants.height.then(|| field(sum(height, &moved))),
             debris: wants.debris.then(|| field(moved.iter().map(|moved| moved.max(0.0)).collect())),
             moved: wants.moved.then(|| field(moved)),
@@ -149,19 +142,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         .into());
     };
-    let crumbled = crumble(&land, &inputs, &thickness, left, job)?;
-    let Layer { swelled, loose, ground } = Layer::new(height, &thickness, &crumbled, params.bulking);
-    let slid = slide(&Land { height: &ground, loose: Some(&loose), ..land }, left, &params, job)?;
+    let slid = slide(&Land { height: &ground, loose: Some(&loose), ..land }, &params, job)?;
     let debris = || loose.iter().zip(&slid).map(|(loose, slid)| (loose + slid).max(0.0));
-    let lying_m = || debris().filter(|thickness| thickness.is_finite()).map(f64::from).sum();
+    let end_m = || debris().filter(|thickness| thickness.is_finite()).map(f64::from).sum();
     let moved = || swelled.iter().zip(&slid).map(|(swelled, slid)| swelled + slid).collect();
     Ok(Given {
-        report: wants.report.then(|| {
-            let thickness_m = ledger::total(&thickness);
-            let sums =
-                Sums { thickness_m, crumbled_m: ledger::total(&crumbled), end_m: lying_m(), ..Sums::of_slide(&slid) };
-            report(job, params.bulking, sums)
-        }),
+        report: wants.report.then(|| report(job, params.bulking, Sums { end_m: end_m(), ..sums }.slid(&slid))),
         height: wants.height.then(|| field(sum(&ground, &slid))),
         moved: wants.moved.then(|| field(moved())),
         debris: wants.debris.then(|| field(debris().collect())),
@@ -170,31 +156,68 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// The fraction of the excess over repose that is left at the end.
-fn left_of(params: &Params) -> f32 {
-    match params.until {
-        Until::Equilibrium => 0.0,
-        Until::Duration => math::exp(-params.relaxation * params.duration) as f32,
-    }
+/// The thickness of a layer of debris.
+fn thickness(debris: &Field) -> Vec<f32> {
+    debris.samples().iter().map(|thickness| thickness.max(0.0)).collect()
 }
 
-/// What rock and debris become before they slide.
+/// The surface of a window, all of it loose.
+fn land<'a>(window: &Window, height: &'a [f32], rise: &'a [f32]) -> Land<'a> {
+    let wraps = if window.is_whole() { wraps(&window.world.boundary) } else { [false; 2] };
+    Land { cells: [window.nx(), window.ny()], wraps, height, rise, loose: None }
+}
+
+/// What slides.
+struct Start {
+    /// The stable rises at the end, in metres.
+    rise: Vec<f32>,
+    /// The loose layer; None if all of the terrain is loose.
+    layer: Option<Layer>,
+}
+
+/// The debris on rock that has failed.
 struct Layer {
+    /// Thickness of rock that has become debris.
+    crumbled: Vec<f32>,
     /// What cells have risen by because debris takes more room than its rock.
     swelled: Vec<f32>,
     /// Thickness of the loose layer.
     loose: Vec<f32>,
     /// Height with the swelling.
     ground: Vec<f32>,
+    /// The debris that was there, and the rock.
+    sums: Sums,
 }
 
-impl Layer {
-    fn new(height: &[f32], thickness: &[f32], crumbled: &[f32], bulking: f64) -> Self {
-        let bulking = bulking as f32;
+impl Start {
+    fn new(job: &Job<'_>, inputs: &Inputs<'_>, params: &Params) -> Result<Self, NodeError> {
+        let (window, height, left) = (job.window(), inputs.height.samples(), left_of(params));
+        let rise = rises(job, height, inputs.talus, inputs.mask)?;
+        let land = land(&window, height, &rise);
+        let Some(debris) = inputs.debris else {
+            if inputs.strata.is_some() {
+                warn_of_loose(job);
+            }
+            return Ok(Self { rise: relaxed(&land, left, job)?, layer: None });
+        };
+        let thickness = thickness(debris);
+        let crumbled = crumble(&land, inputs, &thickness, left, job)?;
+        let bulking = params.bulking as f32;
         let swelled: Vec<f32> = crumbled.iter().map(|crumbled| (bulking - 1.0) * crumbled).collect();
-        let loose = thickness.iter().zip(crumbled).map(|(r, crumbled)| r + bulking * crumbled).collect();
+        let loose: Vec<f32> = thickness.iter().zip(&crumbled).map(|(r, crumbled)| r + bulking * crumbled).collect();
         let ground = sum(height, &swelled);
-        Self { swelled, loose, ground }
+        let rise = relaxed(&Land { height: &ground, loose: Some(&loose), ..land }, left, job)?;
+        let sums =
+            Sums { thickness_m: ledger::total(&thickness), crumbled_m: ledger::total(&crumbled), ..Sums::default() };
+        Ok(Self { rise, layer: Some(Layer { crumbled, swelled, loose, ground, sums }) })
+    }
+}
+
+/// The fraction of the excess over repose that is left at the end.
+fn left_of(params: &Params) -> f32 {
+    match params.until {
+        Until::Equilibrium => 0.0,
+        Until::Duration => math::exp(-params.relaxation * params.duration) as f32,
     }
 }
 
@@ -220,9 +243,9 @@ impl Default for Sums {
 }
 
 impl Sums {
-    fn of_slide(slid: &[f32]) -> Self {
-        let slid_m = ledger::gains_and_losses(slid.iter().map(|&slid| f64::from(slid)));
-        Self { slid_m, ..Self::default() }
+    /// The same, with what has slid.
+    fn slid(self, slid: &[f32]) -> Self {
+        Self { slid_m: ledger::gains_and_losses(slid.iter().map(|&slid| f64::from(slid))), ..self }
     }
 }
 
@@ -282,10 +305,9 @@ fn crumble(
     Ok(rock.iter().zip(&held).map(|(rock, held)| if held < rock { rock - held } else { 0.0 }).collect())
 }
 
-/// Returns the gain of each cell as slopes relax until only the fraction `left` of the excess over repose remains.
-fn slide(land: &Land<'_>, left: f32, params: &Params, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
-    let rise = relaxed(land, left, job)?;
-    let mut slump = Slump::new(&Land { rise: &rise, ..*land }, params.tolerance as f32)?;
+/// Returns the gain of each cell as slopes slide to the rises of the land.
+fn slide(land: &Land<'_>, params: &Params, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+    let mut slump = Slump::new(land, params.tolerance as f32)?;
     if !slump.settle(SWEEPS, [0.0, 1.0], job)? {
         warn_of_steep(job, params);
     }

@@ -49,7 +49,7 @@ fn a_step_becomes_a_ramp_at_repose() {
     // horizontal distance over which the middle of the ramp, extended, joins the two levels
     let slope = f64::from(row[118] - row[137]) / 19.0;
     assert!((30.0 / slope / 42.844_440_202_263_44 - 1.0).abs() < 0.01, "{}", 30.0 / slope);
-    let first = (row.iter().position(|&z| z < 59.0).unwrap() as f64) - 128.0;
+    let first = (row.iter().position(|&z| z < 59.0).expect("the ramp") as f64) - 128.0;
     assert!((first + 41.416).abs() < 2.0, "{first}");
     assert_eq!(moved.samples()[64 * 256], 0.0);
 }
@@ -77,7 +77,7 @@ fn a_pillar_becomes_a_round_cone() {
     let [cone, _] = rest(&defaults(), &pillar);
     assert!((total(&cone) / total(&pillar) - 1.0).abs() < 1e-6);
     assert!(steepest(&cone) <= REPOSE * 1.02 + 1e-6);
-    assert!(cone.range(0).unwrap().0 > -1e-5);
+    assert!(cone.range(0).expect("finite").0 > -1e-5);
     // radius of the 60 m contour at 32 azimuths, by bilinear interpolation
     let z = |x: f64, y: f64| {
         let (i, j) = ((x / 5.0 - 0.5) as usize, (y / 5.0 - 0.5) as usize);
@@ -89,7 +89,7 @@ fn a_pillar_becomes_a_round_cone() {
         .map(|k| {
             let angle = std::f64::consts::TAU * f64::from(k) / 32.0;
             let along = |r: f64| z(480.0 + r * libm::cos(angle), 480.0 + r * libm::sin(angle));
-            (0..4000).map(|step| f64::from(step) * 0.1).find(|&r| along(r) < 60.0).unwrap()
+            (0..4000).map(|step| f64::from(step) * 0.1).find(|&r| along(r) < 60.0).expect("the contour")
         })
         .collect();
     let (least, most) = radii.iter().fold((f64::MAX, 0.0_f64), |(a, b), &r| (a.min(r), b.max(r)));
@@ -202,7 +202,7 @@ fn deep_debris_is_all_loose() {
         squares.sum::<f64>().sqrt()
     };
     assert!(rms(&layered) < 0.05 * rms(&hill), "{} of {}", rms(&layered), rms(&hill));
-    let (peak, expected) = (layered.range(0).unwrap().1, single.range(0).unwrap().1);
+    let (peak, expected) = (layered.range(0).expect("finite").1, single.range(0).expect("finite").1);
     assert!((peak / expected - 1.0).abs() < 0.02, "{peak} {expected}");
     assert_eq!(run_in(1, &NODE, &defaults(), &inputs), run_in(3, &NODE, &defaults(), &inputs));
 }

@@ -15,7 +15,7 @@ use crate::wgsl::{self, wgsl};
 pub(crate) static SWEEP: Shader = Shader {
     name: "lib/repose_sweep",
     source: wgsl!("lib/repose_sweep"),
-    library: &[wgsl::LINES],
+    library: &[wgsl::LINES, wgsl::REPOSE],
     values: &[
         ("k_wide", Number::U32),
         ("k_high", Number::U32),
@@ -44,7 +44,7 @@ pub(crate) static SWEEP: Shader = Shader {
 pub(crate) static GRIDS: Shader = Shader {
     name: "lib/repose_grids",
     source: wgsl!("lib/repose_grids"),
-    library: &[wgsl::LINES],
+    library: &[wgsl::LINES, wgsl::REPOSE],
     values: &[
         ("k_wide", Number::U32),
         ("k_high", Number::U32),
@@ -63,6 +63,9 @@ pub(crate) static GRIDS: Shader = Shader {
         Slot::words("moved", "f32").updated(),
     ],
 };
+
+/// Ground and rise at repose of a closed cell, as in shaders/lib/repose.
+pub(crate) const CLOSED: [f32; 2] = [0.0, 1e30];
 
 /// Sweeps between two looks at what they found, at first and at most: the host waits for each look, and sweeps after the
 /// last one that was needed only copy.
@@ -133,11 +136,11 @@ impl Slide {
             };
             slide.grids.push(grid);
             if level > 0 {
-                slide.coarsen(recorder, level, "average_land", |fine, coarse| {
+                slide.between(recorder, level, "average_land", |fine, coarse| {
                     vec![("land", fine.land), ("coarse_land", coarse.land)]
                 })?;
                 if loose.is_some() {
-                    slide.coarsen(recorder, level, "average", |fine, coarse| {
+                    slide.between(recorder, level, "average", |fine, coarse| {
                         let layers = [("fine", fine.loose), ("coarse", coarse.loose)];
                         layers.into_iter().filter_map(|(name, id)| Some((name, id?))).collect()
                     })?;
@@ -164,7 +167,7 @@ impl Slide {
         let sweeps = if coarsest == 0 { SWEEPS * CYCLES } else { SWEEPS };
         for cycle in 0..if is_layered { 1 } else { CYCLES } {
             for level in 1..=coarsest {
-                self.coarsen(recorder, level, "average", |fine, coarse| {
+                self.between(recorder, level, "average", |fine, coarse| {
                     let before = coarse.before.map(|before| ("before", before));
                     [("fine", fine.gains[0]), ("coarse", coarse.gains[0])].into_iter().chain(before).collect()
                 })?;
@@ -178,7 +181,7 @@ impl Slide {
                     return Ok(!steep);
                 }
                 if level > 0 {
-                    self.coarsen(recorder, level, "prolong", |fine, coarse| {
+                    self.between(recorder, level, "prolong", |fine, coarse| {
                         let always = [
                             ("land", fine.land),
                             ("coarse_land", coarse.land),
@@ -197,7 +200,7 @@ impl Slide {
     }
 
     /// Runs a pass between a grid and the one finer than it, with these buffers.
-    fn coarsen(
+    fn between(
         &self,
         recorder: &mut dyn Recorder,
         level: usize,
