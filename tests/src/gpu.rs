@@ -148,13 +148,13 @@ pub fn distance(found: &[f32], expected: &[f32], range: f64, tolerance: &Toleran
     Distance { most: apart[apart.len() - 1 - outliers], allowed, equal, range }
 }
 
-/// An input half of whose samples are one bit larger, by chance.
+/// An input whose samples are one bit larger in the chosen cells.
 #[must_use]
-pub fn nudge(input: &InputValue) -> InputValue {
+pub fn nudge(input: &InputValue, chosen: impl Fn(usize) -> bool) -> InputValue {
     match input {
         InputValue::Value(Value::Field(field)) => {
-            let odd = |cell: usize| orograph_graph::mix(cell as u32) & 1 == 1;
-            let samples = field.samples().iter().enumerate().map(|(cell, v)| if odd(cell) { v.next_up() } else { *v });
+            let samples = field.samples().iter().enumerate();
+            let samples = samples.map(|(cell, v)| if chosen(cell) { v.next_up() } else { *v });
             InputValue::Value(Field::with_planes(*field.window(), field.planes(), samples.collect()).into())
         }
         other => other.clone(),

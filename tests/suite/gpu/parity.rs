@@ -76,13 +76,14 @@ fn brief(mut case: Case, window: Window) -> Case {
 /// How far the CPU's output moves when half of the samples of its inputs are one bit larger: a storm with random
 /// parameters may hang on the last bit within a few steps, and cards round products and sums at once.
 fn by_last_bit(case: &Case, given: &[InputValue], window: Window, output: &orograph_graph::Output) -> f64 {
+    let odd = |cell: usize| orograph_graph::mix(cell as u32) & 1 == 1;
     let by_cpu = |inputs: Vec<InputValue>| {
         let mut outputs = (case.kind().cpu)(&case.job(inputs, window)).expect("the kernel runs");
         field(&mut outputs, output.name)
     };
     let at = case.kind().output_index(output.name).expect("an output");
     let tolerance = &case.kind().gpu.expect("a kernel for the GPU").tolerance[at];
-    let (plain, nudged) = (by_cpu(given.to_vec()), by_cpu(given.iter().map(nudge).collect()));
+    let (plain, nudged) = (by_cpu(given.to_vec()), by_cpu(given.iter().map(|input| nudge(input, odd)).collect()));
     distance(nudged.samples(), plain.samples(), 0.0, tolerance).most
 }
 
