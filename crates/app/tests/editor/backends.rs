@@ -64,6 +64,7 @@ fn recovered_work_has_no_backends() {
 /// The choice is offered by a program that can use graphics cards. Where no device opens, the inspector says so.
 #[test]
 fn the_inspector_offers_a_backend_and_says_if_there_is_no_device() {
+    crate::draws();
     let folder = scratch(HILLS);
     let mut window = window(Some(folder.path().join("graph.ron")));
     window.state_mut().session_mut().set_cells(64);

@@ -8,6 +8,7 @@ use crate::{graph, hand::drag, picture, settle, window};
 
 #[test]
 fn strokes_are_painted_and_undone_one_by_one() {
+    crate::draws();
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);
@@ -46,6 +47,7 @@ fn strokes_are_painted_and_undone_one_by_one() {
 
 #[test]
 fn a_stroke_within_one_slow_frame_is_painted_and_its_mask_shown() {
+    crate::draws();
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);

@@ -471,6 +471,7 @@ fn unknown_node_types_are_shown_and_kept() {
 
 #[test]
 fn the_canvas_is_drawn_in_both_themes_at_any_size() {
+    crate::draws();
     for (name, size, scale, theme) in [
         ("canvas_dark", [1280.0, 800.0], 1.0, egui::Theme::Dark),
         ("canvas_light", [1280.0, 800.0], 1.0, egui::Theme::Light),
@@ -525,6 +526,7 @@ fn undo_and_redo_have_keys_and_notes_are_shown() {
 
 #[test]
 fn a_node_without_its_wire_waits_and_has_not_failed() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     let state = window.state().session().node("lonely").state;
@@ -558,6 +560,7 @@ fn nodes_are_muted_and_unmuted() {
 
 #[test]
 fn a_large_graph_is_opened_where_it_can_be_read() {
+    crate::draws();
     let mut nodes = vec!["\"n0\": Ridged()".to_owned()];
     nodes.extend((1..40).map(|number| format!("\"n{number}\": Terrace(height: \"n{}\")", number - 1)));
     let text = format!("(world: (cells: 16), nodes: {{ {} }}, outputs: {{ \"h\": \"n39\" }})", nodes.join(", "));

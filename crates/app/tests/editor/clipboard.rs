@@ -46,6 +46,7 @@ fn nodes_are_copied_as_text_and_pasted() {
 
 #[test]
 fn parameters_are_copied_to_nodes_of_the_same_kind() {
+    crate::draws();
     let text = ROW
         .replace("Terrace(", "Terrace(version: 2, ")
         .replace("height: \"ground\"),\n        \"lonely", "height: \"ground\", step: 70),\n        \"lonely");
@@ -98,6 +99,7 @@ fn parameters_are_copied_to_nodes_of_the_same_kind() {
 
 #[test]
 fn a_copy_keeps_the_wires_into_it() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     let steps = title(&window, "steps");

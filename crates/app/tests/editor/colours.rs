@@ -37,6 +37,7 @@ fn colours_are_typed_in_hexadecimal() {
 
 #[test]
 fn a_colour_is_taken_from_the_window() {
+    crate::draws();
     if crate::device::skips("the eyedropper") {
         return;
     }
@@ -104,6 +105,7 @@ fn the_eyedropper_ends_with_its_field() {
 
 #[test]
 fn the_colour_of_a_layer_of_rock_is_typed() {
+    crate::draws();
     let mut window = selected("canyon.ron", "rock");
     let colour = |window: &Harness<'_, App>| {
         let ParamValue::Layers(layers) = param(window, "rock", "layers") else { return String::new() };

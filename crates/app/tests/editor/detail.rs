@@ -98,6 +98,7 @@ fn compare_with_itself(window: &mut Harness<'_, App>, name: &str) {
 
 #[test]
 fn a_close_map_shows_finer_cells_of_the_part_in_view() {
+    crate::draws();
     let (mut window, _folder) = hills();
     window.get_by_label("Map").click();
     window.run_steps(3);
@@ -137,6 +138,7 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
 
 #[test]
 fn a_node_that_needs_the_whole_world_keeps_the_detail_of_the_build() {
+    crate::draws();
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);
@@ -168,6 +170,7 @@ fn hills_in_3d() -> (Harness<'static, App>, tempfile::TempDir) {
 
 #[test]
 fn a_close_camera_shows_finer_cells_of_the_part_in_view() {
+    crate::draws();
     if device::skips("a_close_camera_shows_finer_cells_of_the_part_in_view") {
         return;
     }
@@ -198,6 +201,7 @@ fn a_close_camera_shows_finer_cells_of_the_part_in_view() {
 
 #[test]
 fn colours_of_a_close_camera_are_as_fine_as_its_heights() {
+    crate::draws();
     if device::skips("colours_of_a_close_camera_are_as_fine_as_its_heights") {
         return;
     }
@@ -215,6 +219,7 @@ fn colours_of_a_close_camera_are_as_fine_as_its_heights() {
 
 #[test]
 fn a_camera_behind_a_node_that_needs_the_whole_world_sees_the_build() {
+    crate::draws();
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);

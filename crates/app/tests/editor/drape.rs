@@ -94,6 +94,7 @@ fn choose(window: &mut Harness<'_, App>, port: &str) {
 
 #[test]
 fn selected_colours_lie_on_the_terrain_in_3d() {
+    crate::draws();
     let (mut window, _folder) = window_on(LAND);
     drawn(&mut window);
     let Some(plain) = picture(&mut window, "drape_natural") else { return };
@@ -111,6 +112,7 @@ fn selected_colours_lie_on_the_terrain_in_3d() {
 
 #[test]
 fn the_colours_of_the_painted_range_lie_on_its_terrain() {
+    crate::draws();
     let mut window = window(Some(graph("painted.ron")));
     window.state_mut().session_mut().set_cells(192);
     drawn(&mut window);
@@ -128,6 +130,7 @@ fn the_colours_of_the_painted_range_lie_on_its_terrain() {
 
 #[test]
 fn selected_numbers_lie_on_the_terrain_with_a_legend() {
+    crate::draws();
     let (mut window, _folder) = window_on(LAND);
     drawn(&mut window);
     assert!(window.query_by_label_contains("legend").is_none(), "heights have none");
@@ -153,6 +156,7 @@ fn selected_numbers_lie_on_the_terrain_with_a_legend() {
 
 #[test]
 fn lines_lie_on_the_map_and_on_the_terrain() {
+    crate::draws();
     let (mut window, _folder) = window_on(LAND);
     drawn(&mut window);
     let Some(plain) = picture(&mut window, "drape_plain") else { return };

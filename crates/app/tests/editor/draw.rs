@@ -97,6 +97,7 @@ fn line_is_drawn_and_dragged(window: &mut Harness<'_, App>) {
 /// The point that was drawn last is taken back, and then Delete is pressed.
 #[test]
 fn a_point_that_is_gone_is_not_deleted() {
+    crate::draws();
     let (_folder, mut window) = opened(LAND, "road");
     window.get_by_label("Draw").click();
     window.run_steps(3);
@@ -111,6 +112,7 @@ fn a_point_that_is_gone_is_not_deleted() {
 
 #[test]
 fn a_line_is_drawn_and_dragged_on_the_map() {
+    crate::draws();
     let (_folder, mut window) = opened(LAND, "road");
     line_is_drawn_and_dragged(&mut window);
     window.state_mut().session_mut().redo();
@@ -121,6 +123,7 @@ fn a_line_is_drawn_and_dragged_on_the_map() {
 
 #[test]
 fn a_line_is_drawn_and_dragged_in_3d() {
+    crate::draws();
     if device::skips("drawing in 3D") {
         return;
     }
@@ -135,6 +138,7 @@ fn a_line_is_drawn_and_dragged_in_3d() {
 
 #[test]
 fn a_position_is_placed_dragged_and_snapped() {
+    crate::draws();
     let (_folder, mut window) = opened(LAND, "hole");
     window.get_by_label("Draw").click();
     window.run_steps(3);
@@ -162,6 +166,7 @@ fn a_position_is_placed_dragged_and_snapped() {
 
 #[test]
 fn a_new_line_carves_the_shown_terrain() {
+    crate::draws();
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);
@@ -186,6 +191,7 @@ fn a_new_line_carves_the_shown_terrain() {
 /// Ten thousand points are shown and dragged; what is outside of the world is drawn too.
 #[test]
 fn a_point_of_a_long_line_is_dragged() {
+    crate::draws();
     let points: Vec<String> = (0..10_000).map(|k| format!("({}, {})", 40 * (k % 101), 4 * (k * 31 % 1009))).collect();
     let text = format!(
         r#"(format: 1, world: (size: "4 km", cells: 64), nodes: {{ "land": Constant(value: 10),
@@ -202,6 +208,7 @@ fn a_point_of_a_long_line_is_dragged() {
 /// In a graph without terrain, a path is drawn on level ground: its first point where you click first.
 #[test]
 fn a_path_is_drawn_in_an_empty_world() {
+    crate::draws();
     let text = r#"(format: 1, world: (size: "1 km", cells: 64), nodes: { "way": Path() }, outputs: {})"#;
     let (_folder, mut window) = opened(text, "way");
     window.get_by_label("Draw").click();
@@ -228,6 +235,7 @@ fn number(window: &Harness<'_, App>, node: &str, param: &str) -> f64 {
 
 #[test]
 fn handles_have_names_and_radii_are_dragged() {
+    crate::draws();
     let (_folder, mut window) = opened(LAND, "hole");
     // Screen readers, and this test, find the handles by their names.
     assert!(window.query_by_label("point 1 of centre: x 250 m, y 250 m").is_some());
@@ -256,6 +264,7 @@ fn handles_have_names_and_radii_are_dragged() {
 
 #[test]
 fn an_azimuth_is_dragged_on_the_map_and_in_3d() {
+    crate::draws();
     let text = r#"(world: (size: "1 km", cells: 128), nodes: {
         "slope": Gradient(centre: (500, 500), azimuth: 90, length: 400, to: 20) }, outputs: { "height": "slope" })"#;
     let (_folder, mut window) = opened(text, "slope");

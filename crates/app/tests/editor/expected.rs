@@ -92,6 +92,7 @@ fn an_expectation_is_added_by_search_changed_and_removed() {
 
 #[test]
 fn the_measured_part_and_its_cells_are_edited_in_place() {
+    crate::draws();
     let with = HILLS.replace(" },\n)", " },\n    expect: { \"relief\": (\"1 km\", inf), \"peaks.count\": (0, 9) },\n)");
     let (_file, mut window) = settings(&with);
     let measured = |window: &Harness<'_, App>| {

@@ -103,6 +103,7 @@ const SLOW: &str = "(world: (size: \"20 km\", cells: 1536, seed: 3), nodes: { \"
 
 #[test]
 fn builds_wait_for_each_other_and_can_be_cancelled() {
+    crate::draws();
     let folder = scratch(SLOW);
     let out = |name: &str| folder.path().join(name);
     let mut window = exporting(&folder.path().join("graph.ron"), &out("first"));

@@ -38,6 +38,7 @@ fn a_frame_is_drawn_around_nodes_and_moves_with_them() {
 
 #[test]
 fn an_empty_frame_cuts_no_node() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     // Over the corner of a node that is not selected.

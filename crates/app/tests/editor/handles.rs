@@ -79,6 +79,7 @@ fn next(window: &mut Harness<'_, App>) {
 
 #[test]
 fn points_are_reached_and_moved_by_keys() {
+    crate::draws();
     let (_folder, mut window) = opened("way");
     next(&mut window);
     assert_eq!(focused(&window), "point 1 of points: x 200 m, y 200 m");
@@ -126,6 +127,7 @@ fn a_held_key_is_one_undo_step() {
 /// another node is selected, and when the handles are left.
 #[test]
 fn a_held_key_moves_each_handle_in_an_undo_step_of_its_own() {
+    crate::draws();
     let (_folder, mut window) = opened("way");
     next(&mut window);
     hold(&mut window, Key::ArrowDown, true, false);
@@ -216,6 +218,7 @@ fn points_are_added_removed_and_centred_by_keys() {
 
 #[test]
 fn numbers_of_handles_are_typed() {
+    crate::draws();
     let (_folder, mut window) = opened("way");
     next(&mut window);
     key(&mut window, Modifiers::NONE, Key::Enter);
@@ -284,6 +287,7 @@ fn arms_are_lengthened_turned_and_typed() {
 
 #[test]
 fn arrow_keys_follow_the_screen_in_3d() {
+    crate::draws();
     if device::skips("handles in 3D") {
         return;
     }
@@ -327,6 +331,7 @@ fn a_handle_keeps_the_keyboard_while_the_pointer_rests_over_the_graph() {
 /// A direction that applies everywhere has an arm in the middle of the world.
 #[test]
 fn a_wind_is_turned() {
+    crate::draws();
     let folder = scratch(
         r#"(world: (size: "4 km", cells: 64), nodes: { "sand": Dunes(azimuth: 90) }, outputs: { "height": "sand" })"#,
     );

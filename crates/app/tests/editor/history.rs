@@ -26,6 +26,7 @@ fn opened() -> Harness<'static, App> {
 
 #[test]
 fn steps_are_named_and_clicked() {
+    crate::draws();
     let mut window = opened();
     let texts: Vec<String> = [1000.0, 2000.0, 3000.0]
         .into_iter()
@@ -56,6 +57,7 @@ fn steps_are_named_and_clicked() {
 
 #[test]
 fn a_snapshot_is_compared_and_restored() {
+    crate::draws();
     let mut window = opened();
     let before = source(&window);
     window.get_by_label("Take").click();
@@ -82,6 +84,7 @@ fn a_snapshot_is_compared_and_restored() {
 
 #[test]
 fn several_nodes_are_edited_at_once() {
+    crate::draws();
     let folder = scratch(
         r#"(world: (size: "4 km", cells: 64), nodes: {
             "a": Perlin(wavelength: 900), "b": Perlin(wavelength: 700, seed: 3), "c": Terrace(height: "a") },

@@ -353,6 +353,7 @@ fn a_failure_links_to_the_failed_node() {
 
 #[test]
 fn parameters_without_effect_are_greyed_out_with_a_reason() {
+    crate::draws();
     let file = scratch(
         "(world: (cells: 64), nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"a\") }, outputs: { \"h\": \"b\" })",
     );
@@ -385,6 +386,7 @@ fn parameters_without_effect_are_greyed_out_with_a_reason() {
 
 #[test]
 fn numbers_are_never_cut_and_tooltips_have_the_units() {
+    crate::draws();
     let file = scratch(
         "(world: (cells: 32), nodes: { \"a\": Constant(value: -1234567.875), \"r\": StreamPower(height: \"a\", erodibility: 2e-6) }, \
          outputs: { \"h\": \"r\" })",
@@ -424,6 +426,7 @@ fn numbers_are_never_cut_and_tooltips_have_the_units() {
 
 #[test]
 fn a_note_of_several_lines_is_one_undo_step() {
+    crate::draws();
     let mut window = selected("hello.ron", "rivers");
     let before = window.state().session().document().source().to_owned();
     let note = |window: &Harness<'_, App>, node: &str| {

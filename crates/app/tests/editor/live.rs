@@ -67,6 +67,7 @@ fn strokes(window: &Harness<'_, App>) -> Vec<Stroke> {
 
 #[test]
 fn a_live_run_to_the_end_equals_a_build() {
+    crate::draws();
     let (mut window, _folder) = storm();
     assert_eq!(moment(&window), Some(0.0));
     window.get_by_label("Step").click();
@@ -100,6 +101,7 @@ fn a_live_run_to_the_end_equals_a_build() {
 
 #[test]
 fn strokes_of_a_live_run_are_saved_and_give_the_same_terrain() {
+    crate::draws();
     let (mut window, _folder) = storm();
     window.get_by_label("Brush").click();
     window.run_steps(2);
@@ -138,6 +140,7 @@ fn strokes_of_a_live_run_are_saved_and_give_the_same_terrain() {
 #[cfg(feature = "gpu")]
 #[test]
 fn a_node_runs_on_the_backend_that_is_chosen_for_it() {
+    crate::draws();
     if crate::device::skips("a chosen backend") {
         return;
     }
@@ -191,6 +194,7 @@ fn a_node_runs_on_the_backend_that_is_chosen_for_it() {
 #[cfg(feature = "gpu")]
 #[test]
 fn a_live_run_on_the_device_is_drawn_on_the_same_adapter() {
+    crate::draws();
     if crate::device::skips("a live run on the device") {
         return;
     }

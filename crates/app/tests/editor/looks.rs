@@ -33,6 +33,7 @@ fn in_sight(window: &Harness<'_, App>, label: &str, size: Vec2) -> bool {
 
 #[test]
 fn dialogs_fit_the_window_in_both_themes() {
+    crate::draws();
     for (theme, size) in
         [(Theme::Dark, vec2(1280.0, 800.0)), (Theme::Light, vec2(1280.0, 800.0)), (Theme::Dark, vec2(400.0, 300.0))]
     {

@@ -38,6 +38,7 @@ mod ways;
 mod welcome;
 
 use std::{
+    cell::Cell,
     path::PathBuf,
     thread,
     time::{Duration, Instant},
@@ -62,59 +63,21 @@ fn scratch(text: &str) -> tempfile::TempDir {
     folder
 }
 
-/// Modules whose tests do not look at what is drawn, so that their windows have no graphics device: in software, drawing
-/// takes nine tenths of the time of a test.
-const PLAIN: [&str; 13] = [
-    "canvas",
-    "clipboard",
-    "drags",
-    "files",
-    "frames",
-    "history",
-    "inspector",
-    "keyboard",
-    "menu",
-    "problems",
-    "reuse",
-    "safety",
-    "store",
-];
+thread_local! {
+    /// True if the test on this thread looks at what is drawn.
+    static DRAWS: Cell<bool> = const { Cell::new(false) };
+}
 
-/// The tests of these modules that do look at it.
-const DRAWN: [&str; 19] = [
-    "the_canvas_is_drawn_in_both_themes_at_any_size",
-    "a_node_without_its_wire_waits_and_has_not_failed",
-    "a_large_graph_is_opened_where_it_can_be_read",
-    "parameters_are_copied_to_nodes_of_the_same_kind",
-    "a_copy_keeps_the_wires_into_it",
-    "parameters_without_effect_are_greyed_out_with_a_reason",
-    "numbers_are_never_cut_and_tooltips_have_the_units",
-    "a_note_of_several_lines_is_one_undo_step",
-    "the_3d_view_is_saved_as_a_picture_beside_the_graph",
-    "an_example_is_opened_as_a_copy_that_finds_its_files",
-    "every_key_command_is_in_the_menus",
-    "views_are_switched_by_the_menu",
-    "a_key_maximises_the_pane_under_the_pointer",
-    "an_empty_frame_cuts_no_node",
-    "steps_are_named_and_clicked",
-    "a_snapshot_is_compared_and_restored",
-    "several_nodes_are_edited_at_once",
-    "a_selection_becomes_a_subgraph_and_back",
-    "a_refused_subgraph_says_why",
-];
-
-/// Returns true if the running test looks at what is drawn.
-fn is_drawn() -> bool {
-    let thread = thread::current();
-    let name = thread.name().unwrap_or_default();
-    let (module, test) = (name.split("::").next(), name.rsplit("::").next());
-    !PLAIN.iter().any(|plain| module == Some(plain)) || DRAWN.iter().any(|drawn| test == Some(drawn))
+/// Says that a test looks at what is drawn: its windows have a graphics device, if there is one. Others have none, as in
+/// software drawing takes nine tenths of the time of a test.
+fn draws() {
+    DRAWS.set(true);
 }
 
 /// A window builder, which draws if the test looks at it and there is a graphics device.
 fn harness<S>(size: [f32; 2]) -> HarnessBuilder<S> {
     let builder = Harness::builder().with_size(size).with_max_steps(64);
-    if is_drawn() && device::missing().is_none() { builder.wgpu() } else { builder }
+    if DRAWS.get() && device::missing().is_none() { builder.wgpu() } else { builder }
 }
 
 /// A window of 1280 x 800 points on a file, or on an empty graph.
@@ -163,7 +126,7 @@ fn picture(window: &mut Harness<'_, App>, name: &str) -> Option<image::RgbaImage
     if device::skips(&format!("the picture {name}")) {
         return None;
     }
-    let picture = window.render().expect("a graphics driver, and a test in `DRAWN`");
+    let picture = window.render().expect("a graphics driver, and `draws` at the start of the test");
     if let Some(folder) = std::env::var_os("OROGRAPH_PICTURES") {
         picture.save(PathBuf::from(folder).join(format!("{name}.png"))).expect("the folder can be written to");
     }

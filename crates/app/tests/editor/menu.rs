@@ -59,6 +59,7 @@ fn change(window: &mut Harness<'_, App>) {
 
 #[test]
 fn the_3d_view_is_saved_as_a_picture_beside_the_graph() {
+    crate::draws();
     let folder = scratch(&std::fs::read_to_string(graph("hello.ron")).expect("there"));
     let mut window = window(Some(folder.path().join("graph.ron")));
     window.state_mut().session_mut().set_cells(128);
@@ -120,6 +121,7 @@ fn quitting_with_unsaved_work_asks_first() {
 
 #[test]
 fn an_example_is_opened_as_a_copy_that_finds_its_files() {
+    crate::draws();
     let mut window = window(None);
     menu(&mut window, "File", "Examples…");
     window.query_all_by_label("A real landscape, eroded further").next().expect("offered").click();
@@ -171,6 +173,7 @@ fn names(window: &Harness<'_, App>) -> Vec<String> {
 
 #[test]
 fn every_key_command_is_in_the_menus() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     window.get_by_role_and_label(Role::Button, "Edit").click();
@@ -231,6 +234,7 @@ fn the_clipboard_answers_a_menu_wherever_the_pointer_is() {
 
 #[test]
 fn views_are_switched_by_the_menu() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     let before = window.get_by_label_contains("node ground:").rect().width();
@@ -278,6 +282,7 @@ fn views_are_switched_by_the_menu() {
 
 #[test]
 fn a_key_maximises_the_pane_under_the_pointer() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     let width = |window: &Harness<'_, App>| window.query_by_label("graph").map(|node| node.rect().width());

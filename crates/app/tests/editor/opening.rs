@@ -98,6 +98,7 @@ fn a_huge_world_is_only_a_problem() {
 
 #[test]
 fn terrain_wider_than_textures_is_shown() {
+    crate::draws();
     let folder = scratch(
         r#"(world: (size: ("200 km", "400 m"), cells: (20000, 40)), nodes: { "a": Perlin(wavelength: "9 km") }, outputs: { "h": "a" })"#,
     );
@@ -117,6 +118,7 @@ fn terrain_wider_than_textures_is_shown() {
 
 #[test]
 fn without_a_graphics_device_the_viewport_is_a_map() {
+    crate::draws();
     let file = graph("hello.ron");
     let mut window: Harness<'static, App> =
         Harness::builder().with_size([1280.0, 800.0]).with_max_steps(64).build_eframe(|context| {
@@ -134,6 +136,7 @@ fn without_a_graphics_device_the_viewport_is_a_map() {
 
 #[test]
 fn a_lost_graphics_device_loses_no_work() {
+    crate::draws();
     if device::skips("a graphics device that is lost") {
         return;
     }
@@ -164,6 +167,7 @@ fn a_lost_graphics_device_loses_no_work() {
 
 #[test]
 fn a_window_has_as_many_panes_as_fit() {
+    crate::draws();
     for (name, size, scale, seen) in [
         ("window_wide", [1280.0, 800.0], 1.0, [true, true, true]),
         ("window_scaled", [853.0, 533.0], 1.5, [true, true, true]),

@@ -206,11 +206,13 @@ fn act(window: &mut Harness<'_, App>, dice: &mut Dice) -> String {
 
 #[test]
 fn random_actions_never_lose_the_way_back() {
+    crate::draws();
     act_at_random(0x5eed_0017, ACTIONS[0], false);
 }
 
 #[test]
 fn random_actions_on_built_terrain_never_lose_the_way_back() {
+    crate::draws();
     act_at_random(0x5eed_0039, ACTIONS[1], true);
 }
 

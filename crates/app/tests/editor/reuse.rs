@@ -55,6 +55,7 @@ fn assert_same(before: &[(String, Value)], after: &[(String, Value)]) {
 
 #[test]
 fn a_selection_becomes_a_subgraph_and_back() {
+    crate::draws();
     let (mut window, folder) = window_on(HILLS);
     assert!(!document(&window).has_errors(), "{:?}", document(&window).problems());
     let before = outputs(&window);
@@ -93,6 +94,7 @@ fn a_selection_becomes_a_subgraph_and_back() {
 
 #[test]
 fn a_refused_subgraph_says_why() {
+    crate::draws();
     let (mut window, folder) = window_on(HILLS);
     std::fs::write(folder.path().join("taken.ron"), "mine").expect("written");
     let ground = title(&window, "ground");

@@ -33,6 +33,7 @@ fn click(pos: Pos2) -> [Event; 4] {
 
 #[test]
 fn thirty_undos_in_one_frame_are_thirty() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     for count in 0..40 {
         let at = Some([f64::from(count) * 12.0, 600.0]);
@@ -52,6 +53,7 @@ fn thirty_undos_in_one_frame_are_thirty() {
 
 #[test]
 fn clicks_and_keys_of_one_frame_act_in_their_order() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     let [map, contours] = ["Map", "Contours"].map(|label| at(&window, label));
@@ -83,6 +85,7 @@ fn clicks_and_keys_of_one_frame_act_in_their_order() {
 
 #[test]
 fn a_click_that_slow_frames_stretch_is_a_click() {
+    crate::draws();
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     let map = at(&window, "Contours");

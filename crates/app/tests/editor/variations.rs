@@ -8,6 +8,7 @@ use crate::{picture, scratch, settle, window};
 
 #[test]
 fn a_seed_is_kept_by_a_click() {
+    crate::draws();
     let folder = scratch(
         r#"(world: (size: "4 km", cells: 64, seed: 7), nodes: {
             "a": Perlin(wavelength: 900, amplitude: 300), "b": Terrace(height: "a") }, outputs: { "h": "b" })"#,
@@ -45,6 +46,7 @@ fn a_seed_is_kept_by_a_click() {
 
 #[test]
 fn two_values_are_kept_by_a_click() {
+    crate::draws();
     let text = r#"(world: (size: "4 km", cells: 64, seed: 7), nodes: {
             "a": Perlin(wavelength: 900, amplitude: 300), "b": Terrace(version: 2, height: "a", step: 60),
             "other": Ridged() }, outputs: { "h": "b" })"#;

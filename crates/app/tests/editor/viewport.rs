@@ -36,6 +36,7 @@ fn colours(picture: &image::RgbaImage) -> usize {
 
 #[test]
 fn the_shown_output_is_seen_in_3d_and_as_a_map() {
+    crate::draws();
     let mut window = hello();
     let Some(land) = picture(&mut window, "land") else { return };
     window.get_by_label("Map").click();
@@ -49,6 +50,7 @@ fn the_shown_output_is_seen_in_3d_and_as_a_map() {
 
 #[test]
 fn the_land_turns_with_the_hand_and_comes_nearer_with_the_wheel() {
+    crate::draws();
     let mut window = hello();
     let Some(before) = picture(&mut window, "before") else { return };
     drag(&mut window, pos2(400.0, 250.0), pos2(520.0, 250.0));
@@ -66,6 +68,7 @@ fn the_land_turns_with_the_hand_and_comes_nearer_with_the_wheel() {
 
 #[test]
 fn an_output_can_be_pinned_and_compared() {
+    crate::draws();
     let mut window = hello();
     window.state_mut().session_mut().select_only("ground");
     assert_eq!(window.state().session().shown().as_deref(), Some("ground.height"));
@@ -87,6 +90,7 @@ fn an_output_can_be_pinned_and_compared() {
 
 #[test]
 fn a_line_is_measured() {
+    crate::draws();
     let mut window = hello();
     window.get_by_label("Measure").click();
     window.step();
@@ -98,6 +102,7 @@ fn a_line_is_measured() {
 
 #[test]
 fn land_is_seen_while_it_grows() {
+    crate::draws();
     let mut window = window(Some(graph("hello.ron")));
     // short steps, so that the coarsest level takes several times the interval of intermediate results
     let edit = Edit::SetText { node: "rivers".into(), name: "time_step".into(), text: "2 kyr".into() };
@@ -121,6 +126,7 @@ fn land_is_seen_while_it_grows() {
 
 #[test]
 fn fewer_cells_that_are_asked_for_while_land_grows_are_the_ones_shown() {
+    crate::draws();
     let shown = |window: &Harness<'_, App>| {
         let built = window.state().session().built("rivers.height")?;
         Some((built.cells, built.step))
@@ -135,6 +141,7 @@ fn fewer_cells_that_are_asked_for_while_land_grows_are_the_ones_shown() {
 
 #[test]
 fn the_look_chooses_colours_and_water_with_the_mouse() {
+    crate::draws();
     let mut window = hello();
     let choose = |window: &mut Harness<'_, App>, row: &str, item: &str| {
         if window.query_by_label("Reset look").is_none() {
@@ -170,6 +177,7 @@ fn the_look_chooses_colours_and_water_with_the_mouse() {
 
 #[test]
 fn an_empty_click_keeps_the_shown_output() {
+    crate::draws();
     let text = ROW.replace("outputs: { \"height\": \"steps\" },\n", "");
     let (mut window, _folder) = window_on(&text);
     settle(&mut window);
@@ -195,6 +203,7 @@ fn an_empty_click_keeps_the_shown_output() {
 
 #[test]
 fn the_status_bar_is_ready_only_when_the_picture_is_final() {
+    crate::draws();
     let mut window = hello();
     if picture(&mut window, "ready").is_none() {
         return;
@@ -216,6 +225,7 @@ fn the_status_bar_is_ready_only_when_the_picture_is_final() {
 
 #[test]
 fn without_a_3d_driver_the_viewport_says_why() {
+    crate::draws();
     let mut window = Harness::builder().with_size([1280.0, 800.0]).with_max_steps(64).build_eframe(|context| {
         App::new(context, Some(graph("hello.ron")), orograph::build::storage::in_memory()).expect("opened")
     });
@@ -227,6 +237,7 @@ fn without_a_3d_driver_the_viewport_says_why() {
 /// The pointer reads the other layers at its place, each with its unit.
 #[test]
 fn the_pointer_reads_all_layers() {
+    crate::draws();
     let text = r#"(world: (size: "1 km", cells: 64), nodes: {
         "hill": Gradient(centre: (500, 500), azimuth: 90, length: 1000, to: 500),
         "steep": Slope(height: "hill"),

@@ -31,6 +31,7 @@ fn middle(window: &Harness<'_, App>) -> Pos2 {
 
 #[test]
 fn a_wire_is_routed_by_hand() {
+    crate::draws();
     let (mut window, folder) = window_on(ROW);
     let on_wire = middle(&window);
     double_click(&mut window, on_wire);
@@ -98,6 +99,7 @@ fn a_route_moves_with_both_nodes_and_is_copied() {
 
 #[test]
 fn a_note_is_shown_below_its_node() {
+    crate::draws();
     let (mut window, folder) = window_on(ROW);
     let node = title(&window, "ground");
     click(&mut window, node);

@@ -13,6 +13,7 @@ fn welcomed(size: [f32; 2]) -> Harness<'static, App> {
 
 #[test]
 fn an_example_is_opened_from_its_picture() {
+    crate::draws();
     let mut window = welcomed([1280.0, 800.0]);
     window.run_steps(3);
     picture(&mut window, "welcome");
