@@ -2,7 +2,7 @@
 
 use super::{Land, Network, Params, put};
 use crate::{
-    numerics::{distribution::quantiles, math},
+    numerics::{distribution::quantiles, math, par},
     prelude::*,
 };
 use orograph_graph::{Axis, Series};
@@ -25,6 +25,7 @@ const NARROW: f64 = 0.866_025_403_784_438_6;
 pub(super) fn density(land: &Land<'_>, network: &Network, params: &Params, report: &mut Report) {
     let (mut by_area, mut by_slope) = (0.0, 0.0);
     let mut channel = vec![false; network.receiver.len()];
+    let has = land.has();
     for &cell in network.order.iter().rev() {
         let cell = cell as usize;
         let Some(below) = network.below(cell) else { continue };
@@ -34,7 +35,7 @@ pub(super) fn density(land: &Land<'_>, network: &Network, params: &Params, repor
         if heads {
             channel[below] = true;
         }
-        if land.has(cell) {
+        if has(cell) {
             by_area += if area >= params.channel_area { length } else { 0.0 };
             by_slope += if heads { length } else { 0.0 };
         }
@@ -90,22 +91,28 @@ pub(super) fn basins(land: &Land<'_>, network: &Network, orders: &[u8], report: 
     put(report, "basin.relief", relief);
     put(report, "basin.length", straight);
     put(report, "basin.relief_ratio", relief / straight);
-    put(report, "basins.hypsometric_integral", integral(land, network, orders, &outlets));
+    put(report, "basins.hypsometric_integral", integral(land, network, orders, outlets));
 }
 
-/// The mean of the hypsometric integrals of basins of the third order or more, weighted by their areas.
-fn integral(land: &Land<'_>, network: &Network, orders: &[u8], outlets: &[u32]) -> f64 {
-    let mut sums = std::collections::BTreeMap::new();
+/// The mean of the hypsometric integrals of basins of the third order or more, weighted by their areas. Takes the outlet
+/// of each cell.
+fn integral(land: &Land<'_>, network: &Network, orders: &[u8], mut basins: Vec<u32>) -> f64 {
+    const NONE: u32 = u32::MAX;
+    let outlets = (0..basins.len()).filter(|&cell| network.below(cell).is_none() && orders[cell] >= 3);
+    let large: Vec<usize> = outlets.collect();
+    let number = |outlet: u32| large.binary_search(&(outlet as usize)).map_or(NONE, |basin| basin as u32);
+    par::change(&mut basins, |basin| *basin = number(*basin));
+    let mut sums = vec![(0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY); large.len()];
+    let measured = land.samples();
     for &cell in &network.order {
-        let (cell, outlet) = (cell as usize, outlets[cell as usize]);
-        if orders[outlet as usize] >= 3 && land.has(cell) {
-            let z = f64::from(land.samples()[cell]);
-            let basin = sums.entry(outlet).or_insert((0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY));
+        let (basin, z) = (basins[cell as usize], measured[cell as usize]);
+        if basin != NONE && z.is_finite() {
+            let (z, basin) = (f64::from(z), &mut sums[basin as usize]);
             *basin = (basin.0 + 1.0, basin.1 + z, basin.2.min(z), basin.3.max(z));
         }
     }
     let (mut weighted, mut weight) = (0.0, 0.0);
-    for (cells, sum, low, high) in sums.into_values().filter(|basin| basin.3 > basin.2) {
+    for (cells, sum, low, high) in sums.into_iter().filter(|basin| basin.3 > basin.2) {
         weighted += cells * (sum / cells - low) / (high - low);
         weight += cells;
     }
@@ -114,7 +121,8 @@ fn integral(land: &Land<'_>, network: &Network, orders: &[u8], outlets: &[u32]) 
 
 /// What tells computed channels from real ones: runs of one direction, preferred directions, combs at the border.
 pub(super) fn marks(land: &Land<'_>, network: &Network, river_m2: f64, report: &mut Report) {
-    let cells = network.order.iter().map(|&cell| cell as usize).filter(|&cell| land.has(cell));
+    let has = land.has();
+    let cells = network.order.iter().map(|&cell| cell as usize).filter(|&cell| has(cell));
     let channels: Vec<usize> =
         cells.filter(|&cell| network.area_m2(cell) >= river_m2 && network.below(cell).is_some()).collect();
     let direction = |cell: usize| network.below(cell).map(|below| network.step(cell, below));
@@ -166,10 +174,11 @@ fn comb(land: &Land<'_>, network: &Network) -> f64 {
     if ring <= RIM || nx < 6 * ring || ny < 6 * ring {
         return f64::NAN;
     }
+    let has = land.has();
     for &cell in &network.order {
         let cell = cell as usize;
         let area = network.area_m2(cell);
-        if area <= COMB_M2[0] || area >= COMB_M2[1] || !land.has(cell) {
+        if area <= COMB_M2[0] || area >= COMB_M2[1] || !has(cell) {
             continue;
         }
         let (x, y) = (cell % nx, cell / nx);

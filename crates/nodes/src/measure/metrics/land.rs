@@ -39,9 +39,10 @@ impl<'a> Land<'a> {
         self.field.plane(0)
     }
 
-    /// Whether a cell is measured.
-    pub fn has(&self, cell: usize) -> bool {
-        self.samples()[cell].is_finite()
+    /// Whether a cell is measured, for loops over cells.
+    pub fn has(&self) -> impl Fn(usize) -> bool + Copy + '_ {
+        let samples = self.samples();
+        move |cell| samples[cell].is_finite()
     }
 
     pub fn nx(&self) -> usize {

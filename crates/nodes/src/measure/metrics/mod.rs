@@ -7,9 +7,9 @@ mod forms;
 mod land;
 mod measures;
 mod network;
+mod order;
 mod orders;
 mod peaks;
-mod queue;
 mod relief;
 mod slope;
 mod spectrum;
@@ -93,11 +93,11 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
 pub(super) fn bytes(cells: usize, cell_m: f64, params: &Params, is_cut: bool) -> u64 {
     // tables that do not depend on the terrain
     const TABLES: f64 = 1_450_000.0;
-    // the routing of all cells, and their heights if some are left out
-    let all = if is_cut { 32.0 } else { 28.0 };
+    // the order and the routing of all cells, basins, and the heights if some are left out
+    let all = if is_cut { 33.0 } else { 29.0 };
     // the trees of rivers: the smaller the area at which rivers begin, the more cells belong to them
     let least = (RIVERS[0] * params.channel_area / (cell_m * cell_m)).max(RIVERS[1]);
-    let rivers = 54.0 * RIVERS[1] / least;
+    let rivers = 24.0 * RIVERS[1] / least;
     (TABLES + cells as f64 * (all + rivers)) as u64
 }
 
@@ -126,12 +126,11 @@ pub fn metrics(job: &Job<'_>, height: &Field, mask: Option<&Field>, params: &Par
     slope::aspects(&land, &mut report);
     job.advance(0.2)?;
     let slope_p50 = report.get("slope.p50").unwrap_or(f64::NAN);
-    // Water follows one cell after the other; the others leave processors to it.
-    let (surface, streams) = par::both(|| surface(&land, slope_p50, params, &check), || streams(job, &land, params));
-    for part in [surface?, streams?] {
-        report.measures.extend(part.measures);
-        report.series.extend(part.series);
-        report.notes.extend(part.notes);
+    // Water and peaks follow one cell after the other; the others leave processors to them.
+    let (surface, [peaks, water]) =
+        par::both(|| surface(&land, slope_p50, params, &check), || streams(job, &land, params));
+    for part in [surface, peaks, water] {
+        extend(&mut report, part?);
     }
     Ok(report)
 }
@@ -153,37 +152,54 @@ fn surface(
     Ok(report)
 }
 
-/// Peaks and rivers.
-fn streams(job: &Job<'_>, land: &Land<'_>, params: &Params) -> Result<Report, NodeError> {
-    let mut report = Report::default();
-    peaks::measure(land, params, &mut report, &|| job.check())?;
-    job.advance(0.6)?;
-    water(job, land, params, &mut report)?;
-    Ok(report)
+/// Peaks, and all that follows the way of water.
+fn streams(job: &Job<'_>, land: &Land<'_>, params: &Params) -> [Result<Report, NodeError>; 2] {
+    let order = order::from_the_top(land.height.plane(0));
+    let peaks = || {
+        let mut report = Report::default();
+        peaks::measure(land, &order, params, &mut report, &|| job.check()).map(|()| report)
+    };
+    let (water, peaks) = par::both(|| water(job, land, &order, params), peaks);
+    [peaks, water]
 }
 
 /// All that follows the way of water.
-fn water(job: &Job<'_>, land: &Land<'_>, params: &Params, report: &mut Report) -> Result<(), NodeError> {
-    let network = Network::of(land, &|| job.check())?;
-    job.advance(0.8)?;
+fn water(job: &Job<'_>, land: &Land<'_>, order: &[u32], params: &Params) -> Result<Report, NodeError> {
+    let network = Network::of(land, order, &|| job.check())?;
+    job.advance(0.7)?;
     let cell_m2 = land.cell_m() * land.cell_m();
     let river_m2 = (RIVERS[0] * params.channel_area).max(RIVERS[1] * cell_m2);
-    let orders = orders::orders(&network, river_m2);
-    drainage::pits(land, &network, report);
-    drainage::density(land, &network, params, report);
-    drainage::marks(land, &network, river_m2, report);
-    drainage::basins(land, &network, &orders, report);
-    job.advance(0.9)?;
-    orders::horton(land, &network, &orders, report);
-    drop(orders);
-    orders::hack(land, &network, river_m2, report);
-    steepness::measure(land, &network, river_m2, report);
-    steepness::chi(&network, river_m2, report);
+    let channels = || {
+        let mut report = Report::default();
+        let orders = orders::orders(&network, river_m2);
+        drainage::pits(land, &network, &mut report);
+        drainage::density(land, &network, params, &mut report);
+        drainage::marks(land, &network, river_m2, &mut report);
+        drainage::basins(land, &network, &orders, &mut report);
+        orders::horton(land, &network, &orders, &mut report);
+        report
+    };
+    let rivers = || {
+        let mut report = Report::default();
+        orders::hack(land, &network, river_m2, &mut report);
+        steepness::measure(land, &network, river_m2, &mut report);
+        steepness::chi(&network, river_m2, &mut report);
+        let trunks = network.trunks();
+        drainage::profile(land, &network, &trunks, river_m2, &mut report);
+        valleys::measure(land, &network, &trunks, &mut report);
+        report
+    };
+    let (mut report, rivers) = par::both(channels, rivers);
     job.advance(0.95)?;
-    let trunks = network.trunks();
-    drainage::profile(land, &network, &trunks, river_m2, report);
-    valleys::measure(land, &network, &trunks, report);
-    Ok(())
+    extend(&mut report, rivers);
+    Ok(report)
+}
+
+/// Adds the parts of another report.
+fn extend(report: &mut Report, part: Report) {
+    report.measures.extend(part.measures);
+    report.series.extend(part.series);
+    report.notes.extend(part.notes);
 }
 
 /// The share of land, in a world with a sea.

@@ -4,9 +4,13 @@
 //! Lehman, D. Mulla, 2014, "Priority-flood", Computers & Geosciences 62), so that water crosses flats and lakes on the
 //! shortest way to their outlet. Each cell then drains to the neighbour of steepest descent (O'Callaghan and Mark
 //! 1984). Water leaves at all borders, at voids and in the sea, whatever the boundary of the world. The flood visits
-//! cells from the outlets upwards, which is the order in which everything else is computed.
+//! cells from the outlets upwards, which is the order in which everything else is computed. Cells that it reaches at
+//! their own height come in the order of heights; the levels of those that it lifts never fall, as they are one step
+//! above cells that it has visited, so that these need no heap.
 
-use super::{Land, queue::Queue};
+use std::{collections::VecDeque, iter::Peekable};
+
+use super::{Land, order::from_the_bottom};
 use crate::{
     numerics::{par, routing::code::STEPS},
     prelude::*,
@@ -35,7 +39,12 @@ pub(super) struct Network {
 }
 
 impl Network {
-    pub fn of(land: &Land<'_>, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<Self, NodeError> {
+    /// Floods the land; `order` has all cells with a height from the highest.
+    pub fn of(
+        land: &Land<'_>,
+        order: &[u32],
+        check: &(dyn Fn() -> Result<(), NodeError> + Sync),
+    ) -> Result<Self, NodeError> {
         let (nx, ny) = (land.nx(), land.ny());
         let heights = land.height.plane(0);
         let is_sea = |cell: usize| land.sea_m.is_some_and(|sea_m| f64::from(heights[cell]) < sea_m);
@@ -48,7 +57,7 @@ impl Network {
                 && (border || is_sea(cell) || around(nx, ny, cell).any(|(_, next)| heights[next].is_nan()))
         });
         (0..nx * ny).filter(|&cell| leaves[cell]).for_each(|cell| flood.begin(cell));
-        flood.run(check)?;
+        flood.run(order, check)?;
         let Flood { level, order, flooded, .. } = flood;
         let receiver = par::map(nx * ny, |cell| {
             if leaves[cell] || level[cell].is_nan() { cell as u32 } else { steepest(&level, nx, cell) }
@@ -119,7 +128,8 @@ impl Network {
 
 /// The neighbours of a cell with their directions, in the order E, NE, N, NW, W, SW, S, SE.
 pub(super) fn around(nx: usize, ny: usize, cell: usize) -> impl Iterator<Item = (usize, usize)> {
-    let (x, y) = ((cell % nx) as i32, (cell / nx) as i32);
+    // divisions of 32 bits are faster
+    let (x, y) = ((cell as u32 % nx as u32) as i32, (cell as u32 / nx as u32) as i32);
     STEPS.iter().enumerate().filter_map(move |(direction, (dx, dy))| {
         let (x, y) = (x + dx, y + dy);
         (x >= 0 && y >= 0 && x < nx as i32 && y < ny as i32).then(|| (direction, y as usize * nx + x as usize))
@@ -151,8 +161,9 @@ struct Flood<'a> {
     still: Vec<f32>,
     order: Vec<u32>,
     flooded: [usize; 2],
-    /// Cells by level, then by number.
-    open: Queue,
+    /// Cells that water lifts, by level, and those of the lowest level, by number from the end.
+    lifted: VecDeque<u32>,
+    lowest: Vec<u32>,
 }
 
 /// The order-preserving number of a level.
@@ -175,19 +186,20 @@ impl<'a> Flood<'a> {
             still: vec![f32::NAN; nx * ny],
             order: Vec::with_capacity(nx * ny),
             flooded: [0; 2],
-            open: Queue::new(),
+            lifted: VecDeque::new(),
+            lowest: Vec::new(),
         }
     }
 
     fn begin(&mut self, cell: usize) {
         self.level[cell] = f64::from(self.heights[cell]);
         self.still[cell] = self.heights[cell];
-        self.open.push(ordered(self.level[cell]), cell as u32);
     }
 
-    fn run(&mut self, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<(), NodeError> {
+    fn run(&mut self, order: &[u32], check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<(), NodeError> {
         let (nx, ny) = (self.nx, self.ny);
-        while let Some(cell) = self.open.pop() {
+        let mut rising = from_the_bottom(self.heights, order).peekable();
+        while let Some(cell) = self.next(&mut rising) {
             if self.order.len().is_multiple_of(1 << 16) {
                 check()?;
             }
@@ -202,10 +214,52 @@ impl<'a> Flood<'a> {
                 self.still[next] = still.max(height);
                 self.flooded[0] += usize::from(still > height);
                 self.flooded[1] += usize::from(still - height > 1.0);
-                self.open.push(ordered(self.level[next]), next as u32);
+                if !self.is_dry(next) {
+                    self.lifted.push_back(next as u32);
+                }
             }
         }
         Ok(())
+    }
+
+    /// Whether water reaches a cell at its own height.
+    fn is_dry(&self, cell: usize) -> bool {
+        self.level[cell].to_bits() == f64::from(self.heights[cell]).to_bits()
+    }
+
+    /// The next cell by level, then by number. Cells that come in the order of heights before water reaches them are
+    /// passed over: it lifts them later.
+    fn next(&mut self, rising: &mut Peekable<impl Iterator<Item = u32>>) -> Option<u32> {
+        loop {
+            let lifted = self.lowest.last().or(self.lifted.front()).map(|&cell| ordered(self.level[cell as usize]));
+            let dry = rising.peek().map(|&cell| (ordered(f64::from(self.heights[cell as usize])), cell));
+            let is_dry_first = match (dry, lifted) {
+                (Some((level, _)), Some(lifted)) if level > lifted => false,
+                (Some((level, cell)), Some(lifted)) if level == lifted => cell < self.lowest(lifted),
+                (Some(_), _) => true,
+                (None, Some(_)) => false,
+                (None, None) => return None,
+            };
+            if !is_dry_first {
+                self.lowest(lifted?);
+                return self.lowest.pop();
+            }
+            let cell = rising.next()?;
+            if self.is_dry(cell as usize) {
+                return Some(cell);
+            }
+        }
+    }
+
+    /// The first cell of the lowest level of those that water lifts. All of that level are known.
+    fn lowest(&mut self, level: u64) -> u32 {
+        if self.lowest.is_empty() {
+            while let Some(cell) = self.lifted.pop_front_if(|cell| ordered(self.level[*cell as usize]) == level) {
+                self.lowest.push(cell);
+            }
+            self.lowest.sort_unstable_by_key(|&cell| std::cmp::Reverse(cell));
+        }
+        self.lowest.last().copied().unwrap_or(u32::MAX)
     }
 }
 

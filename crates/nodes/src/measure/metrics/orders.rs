@@ -42,10 +42,11 @@ struct Streams {
 /// Ratios of number, length and area of the streams of successive orders (Horton 1945, Schumm 1956).
 pub(super) fn horton(land: &Land<'_>, network: &Network, orders: &[u8], report: &mut Report) {
     let mut streams: Vec<Streams> = Vec::new();
+    let has = land.has();
     for &cell in &network.order {
         let cell = cell as usize;
         let order = usize::from(orders[cell]);
-        if order == 0 || !land.has(cell) {
+        if order == 0 || !has(cell) {
             continue;
         }
         if streams.len() < order {
@@ -81,13 +82,14 @@ pub(super) fn hack(land: &Land<'_>, network: &Network, river_m2: f64, report: &m
     let mut longest = vec![0.0_f32; network.receiver.len()];
     let mut bins: Vec<(usize, f64, f64)> = Vec::new();
     let first = math::log10(4.0 * river_m2);
+    let has = land.has();
     for &cell in network.order.iter().rev() {
         let cell = cell as usize;
         let Some(below) = network.below(cell) else { continue };
         let length = longest[cell];
         longest[below] = longest[below].max(length + network.length_m(cell) as f32);
         let area = network.area_m2(cell);
-        if area > 4.0 * river_m2 && length > 0.0 && land.has(cell) {
+        if area > 4.0 * river_m2 && length > 0.0 && has(cell) {
             let x = math::log10(area);
             let bin = ((x - first) / BIN) as usize;
             if bins.len() <= bin {

@@ -12,13 +12,15 @@ struct Peak {
     pass: f32,
 }
 
+/// Measures peaks; `order` has the cells with a height from the highest.
 pub(super) fn measure(
     land: &Land<'_>,
+    order: &[u32],
     params: &Params,
     report: &mut Report,
     check: &dyn Fn() -> Result<(), NodeError>,
 ) -> Result<(), NodeError> {
-    let mut peaks = peaks(land, check)?;
+    let mut peaks = peaks(land, order, check)?;
     peaks.retain(|peak| f64::from(peak.elevation) - f64::from(peak.pass) >= params.prominence);
     let elevations = peaks.iter().map(|peak| f64::from(peak.elevation));
     let (count, most) = (peaks.len() as f64, elevations.clone().fold(f64::NAN, f64::max));
@@ -39,11 +41,9 @@ pub(super) fn measure(
 }
 
 /// All summits, from the highest, by joining cells from the top down. `area` of a plateau counts as one summit.
-fn peaks(land: &Land<'_>, check: &dyn Fn() -> Result<(), NodeError>) -> Result<Vec<Peak>, NodeError> {
+fn peaks(land: &Land<'_>, order: &[u32], check: &dyn Fn() -> Result<(), NodeError>) -> Result<Vec<Peak>, NodeError> {
     const NONE: u32 = u32::MAX;
     let (nx, ny, heights) = (land.nx(), land.ny(), land.samples());
-    let order = from_the_top(heights);
-    check()?;
     let mut peaks: Vec<Peak> = Vec::new();
     // the summit of each cell that is above water, and the higher summit that each summit is joined to
     let mut summit = vec![NONE; heights.len()];
@@ -55,11 +55,16 @@ fn peaks(land: &Land<'_>, check: &dyn Fn() -> Result<(), NodeError>) -> Result<V
         }
         peak
     };
+    let mut lowest = f32::NAN;
     for (done, &cell) in order.iter().enumerate() {
         if done.is_multiple_of(1 << 18) {
             check()?;
         }
         let elevation = heights[cell as usize];
+        if elevation.is_nan() {
+            continue;
+        }
+        lowest = elevation;
         let mut own = NONE;
         for (_, next) in around(nx, ny, cell as usize) {
             if summit[next] == NONE {
@@ -83,47 +88,17 @@ fn peaks(land: &Land<'_>, check: &dyn Fn() -> Result<(), NodeError>) -> Result<V
         }
         summit[cell as usize] = own;
     }
-    let lowest = order.last().map_or(f32::NAN, |&cell| heights[cell as usize]);
     peaks.iter_mut().filter(|peak| peak.pass.is_nan()).for_each(|peak| peak.pass = lowest);
     // on level ground, a summit is no higher than its pass
-    peaks.retain(|peak| peak.elevation > peak.pass && land.has(peak.cell as usize));
+    let has = land.has();
+    peaks.retain(|peak| peak.elevation > peak.pass && has(peak.cell as usize));
     Ok(peaks)
-}
-
-/// Cells with a height from the highest to the lowest, equal ones by number: a radix sort in three passes.
-fn from_the_top(heights: &[f32]) -> Vec<u32> {
-    // the order-preserving number of a height, inverted
-    let key = |cell: u32| {
-        let bits = heights[cell as usize].to_bits();
-        if bits >> 31 == 0 { !(bits | 1 << 31) } else { bits }
-    };
-    let mut order: Vec<u32> = (0..heights.len() as u32).filter(|&cell| heights[cell as usize].is_finite()).collect();
-    let mut sorted = vec![0_u32; order.len()];
-    for shift in [0, 11, 22] {
-        let digit = |cell: u32| (key(cell) >> shift & 0x7ff) as usize;
-        let mut starts = vec![0_usize; 2049];
-        order.iter().for_each(|&cell| starts[digit(cell) + 1] += 1);
-        (1..2049).for_each(|at| starts[at] += starts[at - 1]);
-        for &cell in &order {
-            let place = &mut starts[digit(cell)];
-            sorted[*place] = cell;
-            *place += 1;
-        }
-        std::mem::swap(&mut order, &mut sorted);
-    }
-    order
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::order, *};
     use crate::testing::{field, world};
-
-    #[test]
-    fn cells_come_from_the_top() {
-        let heights = [3.0, -1.0, f32::NAN, 7.5, -1.0, 0.0, -0.0, -9.0];
-        assert_eq!(from_the_top(&heights), [3, 0, 5, 6, 1, 4, 7]);
-    }
 
     /// Two cones of 1000 m and 700 m, 10 km apart, with slopes of 0.1: their pass lies at 350 m.
     #[test]
@@ -131,7 +106,7 @@ mod tests {
         let cone =
             |x: f64, y: f64, at: f64, top: f64| top - 0.1 * ((x - at) * (x - at) + (y - 5050.0) * (y - 5050.0)).sqrt();
         let land = field(world(200, 101, 100.0), |x, y| cone(x, y, 5050.0, 1000.0).max(cone(x, y, 15050.0, 700.0)));
-        let found = peaks(&Land::of(&land, None), &|| Ok(())).expect("peaks");
+        let found = peaks(&Land::of(&land, None), &order::from_the_top(land.plane(0)), &|| Ok(())).expect("peaks");
         assert_eq!(found.len(), 2);
         let prominences = [0, 1].map(|k| found[k].elevation - found[k].pass);
         assert_eq!([found[0].elevation, found[1].elevation], [1000.0, 700.0]);

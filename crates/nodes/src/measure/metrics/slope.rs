@@ -121,12 +121,13 @@ pub(super) fn aspects(land: &Land<'_>, report: &mut Report) {
     let (nx, ny) = (land.nx(), land.ny());
     let surface = Surface::new(land.height, Method::Horn);
     let rows: Vec<usize> = (1..ny.max(1) - usize::from(ny > 1)).collect();
+    let has = land.has();
     let found = par::collect_all(rows, |_, j| {
         let mut sums = Aspects::default();
         surface.row(j, |start, east, south| {
             for (at, (east, south)) in east.iter().zip(south).enumerate() {
                 let i = start + at;
-                if i > 0 && i + 1 < nx && land.has(j * nx + i) {
+                if i > 0 && i + 1 < nx && has(j * nx + i) {
                     sums.add(f64::from(*east), f64::from(*south));
                 }
             }

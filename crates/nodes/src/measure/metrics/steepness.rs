@@ -48,8 +48,8 @@ fn reaches(land: &Land<'_>, network: &Network, river_m2: f64) -> Vec<[f64; 2]> {
         let slope = (network.level[start] - network.level[at]) / length;
         (slope > LEAST).then(|| [weighted / length, math::log10(slope)])
     };
-    let cells = 0..network.area.len();
-    cells.filter(|&cell| logs[cell] > 0.0 && land.has(cell)).filter_map(reach).collect()
+    let (cells, has) = (0..network.area.len(), land.has());
+    cells.filter(|&cell| logs[cell] > 0.0 && has(cell)).filter_map(reach).collect()
 }
 
 pub(super) fn measure(land: &Land<'_>, network: &Network, river_m2: f64, report: &mut Report) {

@@ -198,7 +198,7 @@ fn seven_elevation_models_measure_as_expected() {
 
 fn density_at(height: &Field, area_m2: f64) -> f64 {
     let land = Land::of(height, None);
-    let network = Network::of(&land, &|| Ok(())).expect("a network");
+    let network = Network::of(&land, &order::from_the_top(land.height.plane(0)), &|| Ok(())).expect("a network");
     let mut params = ParamValues::defaults(&NODE.specs());
     params.set("channel_area", orograph_graph::ParamValue::Float(area_m2));
     let mut report = Report::default();

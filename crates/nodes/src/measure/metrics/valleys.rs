@@ -65,7 +65,8 @@ fn sections(land: &Land<'_>, network: &Network, trunks: &[u32], scale: f64) -> V
     let area_m2 = |cell: usize| network.area_m2(cell) / (scale * scale);
     let largest = (0..nx * ny).map(area_m2).fold(0.0, f64::max);
     let least = if largest < 4.0 * AREAS_M2[0] { AREAS_M2[1] } else { AREAS_M2[0] };
-    let mut cells: Vec<usize> = (0..nx * ny).filter(|&cell| area_m2(cell) >= least && land.has(cell)).collect();
+    let has = land.has();
+    let mut cells: Vec<usize> = (0..nx * ny).filter(|&cell| area_m2(cell) >= least && has(cell)).collect();
     cells.sort_unstable_by_key(|&cell| (std::cmp::Reverse(network.area[cell]), cell));
     let steps = ((ALONG_M / cell_m).round() as usize).max(5);
     let (half, apart) = ((HALF_M / cell_m) as i64, (APART_M / cell_m) as usize);
