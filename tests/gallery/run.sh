@@ -31,7 +31,7 @@ graphs=(
     "scree|Cliffs and scree|-|1024|.35 .35"
     "rivers|Rivers and lakes|map|2048|.35 .35"
     "carve_dem|A real landscape, eroded further|after|1024|.35 .35"
-    "gullies|Gullies after a storm|after|320|.20 .35"
+    "gullies|Gullies after a storm|after|400|.45 .18"
 )
 
 program=${OROGRAPH:-target/release/orograph}
