@@ -34,6 +34,7 @@ struct Frame {
     over: vec4f,       // offset and size of the drawn map in that of the whole terrain (0 to 1)
     sides: vec4f,      // of the inset, in its cells from its corner; far away for sides on the edge of the terrain
     corner: vec4f,     // of the drawn map in metres from that of the whole terrain; 1 / band of the inset in cells
+    clouds: vec4f,     // value of the noise at their edges, above 1 for none; 1 / length of the largest; their height
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

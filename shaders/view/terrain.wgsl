@@ -217,6 +217,24 @@ fn ground_texture(at: vec2f, slope: f32, spread: f32) -> vec3f {
     return sum;
 }
 
+// The fraction of the sunlight that clouds let through to a point at a position in metres and an exaggerated height. A
+// low sun moves their shadows no farther aside than one at 9°.
+fn past_clouds(at: vec2f, height: f32) -> f32 {
+    if frame.clouds.x > 1.0 {
+        return 1.0;
+    }
+    const OCTAVES = 6;
+    var p = (at + frame.sun.xz / max(frame.sun.y, 0.15) * (frame.clouds.z - height)) * frame.clouds.y;
+    var sum = 0.0;
+    var strength = 0.5;
+    for (var k = 0; k < OCTAVES; k++) {
+        sum += strength * noise(p);
+        p = 2.0 * vec2f(0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y) + 13.7;
+        strength *= 0.5;
+    }
+    return 1.0 - 0.8 * smoothstep(-0.05, 0.05, sum - frame.clouds.x);
+}
+
 fn top_at(uv: vec2f) -> f32 {
     let land = ground_and_water(uv);
     return land.x + max(land.y, 0.0);
@@ -262,7 +280,8 @@ fn surface(in: Vertex) -> vec4f {
     albedo *= 1.0 - contour(land.x);
     let depth = max(land.y, 0.0);
     let wet = smoothstep(0.02, 0.3, depth);
-    let seen = seen_at(uv, (land.x + depth) * frame.exaggeration, gradient * (1.0 - wet));
+    let top = (land.x + depth) * frame.exaggeration;
+    let seen = seen_at(uv, top, gradient * (1.0 - wet)) * past_clouds(at, top);
     let open = pow(textureSample(open_map, smooth_sampler, uv * frame.over.zw + frame.over.xy).x, 1.6);
     var light = lit(albedo, normal, seen, open);
     if wet > 0.0 {

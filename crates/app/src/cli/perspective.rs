@@ -45,6 +45,9 @@ pub struct Perspective {
     /// Unevenness and texture of the ground below the size of a cell, 0 for none [default: 1]
     #[arg(long, value_name = "AMOUNT", value_parser = number)]
     texture: Option<f64>,
+    /// Fraction of the terrain in the shadow of clouds, 0 to 1 [default: 0]
+    #[arg(long, value_name = "FRACTION", value_parser = number)]
+    clouds: Option<f64>,
     /// Exposure in stops: brighter above 0, darker below [default: 0]
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = number)]
     exposure: Option<f64>,
@@ -111,6 +114,7 @@ impl Perspective {
             ("--contours", self.contours.is_some()),
             ("--haze", self.haze.is_some()),
             ("--texture", self.texture.is_some()),
+            ("--clouds", self.clouds.is_some()),
             ("--exposure", self.exposure.is_some()),
         ];
         options.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
@@ -133,6 +137,7 @@ impl Perspective {
         within("--exaggeration", self.exaggeration, 0.01, 1000.0)?;
         within("--haze", self.haze, 0.0, 100.0)?;
         within("--texture", self.texture, 0.0, 10.0)?;
+        within("--clouds", self.clouds, 0.0, 1.0)?;
         within("--exposure", self.exposure, -10.0, 10.0)?;
         within("--distance", self.distance, 1e-3, 1e9)?;
         within("--contours", self.contours, 1e-3, 1e6)
@@ -194,6 +199,7 @@ impl Perspective {
         scene.detail_px = 1.5;
         scene.haze = self.haze.unwrap_or(scene.haze);
         scene.texture = self.texture.unwrap_or(scene.texture);
+        scene.clouds = self.clouds.unwrap_or(scene.clouds);
         scene.exposure = self.exposure.map_or(scene.exposure, |stops| stops as f32);
         scene
     }

@@ -21,6 +21,8 @@ pub struct Scene {
     pub haze: f64,
     /// Unevenness and texture of the ground below the size of a cell: 0 for none.
     pub texture: f64,
+    /// Fraction of the terrain in the shadow of clouds, 0 to 1.
+    pub clouds: f64,
     /// The background behind the terrain.
     pub background: Background,
     /// True to draw shadows.
@@ -50,6 +52,7 @@ impl Scene {
             sea_level: None,
             haze: 1.0,
             texture: 1.0,
+            clouds: 0.0,
             background: Background::Sky,
             shadows: true,
             mask_opacity: 0.6,
@@ -66,14 +69,14 @@ impl Scene {
         let level = forward.x * forward.x + forward.z * forward.z;
         let sees = eye.is_finite() && forward.is_finite() && level > 0.0 && (1e-6..3.1).contains(&fov_y);
         let sun = self.sun.azimuth_deg.is_finite() && self.sun.elevation_deg.is_finite();
-        let rest =
-            [self.haze, self.texture, self.detail_px, self.sea_level.unwrap_or(0.0)].into_iter().all(f64::is_finite);
+        let sea = self.sea_level.unwrap_or(0.0);
+        let rest = [self.haze, self.texture, self.clouds, self.detail_px, sea].into_iter().all(f64::is_finite);
         let refuse = |what: &str| Err(ViewError::Scene(format!("{what} is invalid")));
         match () {
             () if !sees => refuse("the camera position or target"),
             () if !sun => refuse("the position of the sun"),
             () if !(1e-6..=1e6).contains(&self.exaggeration) => refuse("the vertical exaggeration"),
-            () if !rest || !self.exposure.is_finite() => refuse("haze, texture, detail, sea level or exposure"),
+            () if !rest || !self.exposure.is_finite() => refuse("haze, texture, clouds, detail, sea level or exposure"),
             () => Ok(()),
         }
     }

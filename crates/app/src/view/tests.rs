@@ -270,3 +270,26 @@ fn ground_has_texture_from_close_by() {
     assert!(even < 8 && (20..120).contains(&rough), "{even} without texture, {rough} with it");
     assert!(spread(far, 0.0).1 == spread(far, 1.0).1, "texture is seen from afar");
 }
+
+/// Clouds put their fraction of level ground in the shade, in patches with sunlit gaps.
+#[test]
+fn clouds_shade_their_fraction_of_the_ground() {
+    let Some(device) = device("clouds_shade_their_fraction_of_the_ground") else { return };
+    let terrain = Arc::new(Terrain::new(&field([256, 256], 100.0, |_, _| 500.0)).expect("heights"));
+    let middle = DVec3::new(12_800.0, 500.0, 12_800.0);
+    let camera = Camera::looking_at(middle + DVec3::new(0.0, 14_000.0, 0.1), middle, 1.0);
+    let green = |clouds: f64| -> Vec<u8> {
+        let scene = Scene { clouds, haze: 0.0, texture: 0.0, colouring: super::Colouring::Clay, ..Scene::new(camera) };
+        let picture = device.picture(&terrain, &scene, SIZE).expect("drawn");
+        picture.chunks_exact(4).map(|pixel| pixel[1]).collect()
+    };
+    let (clear, overcast) = (green(0.0), green(1.0));
+    let half_way = |at: usize| (u16::from(clear[at]) + u16::from(overcast[at])) / 2;
+    assert!((0..clear.len()).all(|at| overcast[at] + 20 < clear[at]), "clouds take light");
+    for share in [0.2, 0.5, 0.8] {
+        let some = green(share);
+        let shaded = (0..some.len()).filter(|&at| u16::from(some[at]) < half_way(at)).count() as f64;
+        // five of the largest clouds lie along a side: their fraction varies from place to place
+        assert!((shaded / some.len() as f64 - share).abs() < 0.12, "{share}: {}", shaded / some.len() as f64);
+    }
+}

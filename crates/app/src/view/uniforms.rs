@@ -71,6 +71,9 @@ pub(super) struct Frame {
     sides: Vec4,
     /// Corner of the drawn map in metres from that of the whole terrain; 1 / band of the inset in cells.
     corner: Vec4,
+    /// Clouds: value of their noise at their edges, above 1 for none; 1 / length of the largest in metres; their height in
+    /// metres, exaggerated.
+    clouds: Vec4,
 }
 
 /// Elevation of the sea in a world without one.
@@ -160,6 +163,7 @@ impl Frame {
             over: Vec4::new(0.0, 0.0, 1.0, 1.0),
             sides: Vec4::ZERO,
             corner: Vec4::ZERO,
+            clouds: clouds(terrain, scene),
         }
     }
 
@@ -216,6 +220,23 @@ fn haze(terrain: &Terrain, scene: &Scene, base: f64) -> Vec4 {
     let density = scene.haze.max(0.0) * 0.15 / across * (across / (across + 6_000.0));
     let layer = (0.05 * across).max(0.7 * relief).max(scene.exaggeration * terrain.range()[0] - base);
     Vec4::new(begin as f32, density as f32, layer as f32, (1.0 / across) as f32)
+}
+
+/// Edge, size and height of the clouds whose shadows lie on the terrain. A terrain has about five of the largest along its
+/// longer side; they float above the highest summit.
+fn clouds(terrain: &Terrain, scene: &Scene) -> Vec4 {
+    // mean and standard deviation of the sum of octaves in terrain.wgsl
+    const SUM: [f64; 2] = [0.492, 0.124];
+    let share = scene.clouds.clamp(0.0, 0.999);
+    if share == 0.0 {
+        return Vec4::new(2.0, 0.0, 0.0, 0.0);
+    }
+    let [w, h] = terrain.size_m();
+    let size = (0.2 * w.max(h)).clamp(400.0, 8000.0);
+    // the quantile of a logistic distribution, nearly that of a normal one
+    let edge = SUM[0] + SUM[1] * math::ln((1.0 - share) / share) / 1.702;
+    let height = terrain.range()[1] * scene.exaggeration + 0.1 * size;
+    Vec4::new(edge as f32, (1.0 / size) as f32, height as f32, 0.0)
 }
 
 /// Altitude of the camera for the sky, limited so that the sky does not turn black in a view of a large terrain.

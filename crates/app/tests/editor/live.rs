@@ -199,7 +199,7 @@ fn a_live_run_on_the_device_is_drawn_on_the_same_adapter() {
         return;
     }
     // Long enough that it is still on its way after the stroke on a busy machine.
-    let (mut window, _folder) = storm_of(&STORM.replace("5000", "400"));
+    let (mut window, _folder) = storm_of(&STORM.replace("5000", "250"));
     window.state_mut().session_mut().prefer("storm", Prefer::Device);
     let on_device = |window: &Harness<'_, App>| window.state().session().node("storm").on_device;
     until(&mut window, "it restarts on the device", |window| on_device(window) && moment(window) == Some(0.0));

@@ -41,6 +41,7 @@ pub(super) struct Look {
     exaggeration: f64,
     haze: f64,
     texture: f64,
+    clouds: f64,
     /// Solar time, 12 is noon.
     hour: f64,
     latitude_deg: f64,
@@ -60,6 +61,7 @@ impl Default for Look {
             exaggeration: 1.0,
             haze: 1.0,
             texture: 1.0,
+            clouds: 0.0,
             hour: 16.2,
             latitude_deg: 46.0,
             day: 172.0,
@@ -117,6 +119,7 @@ impl Look {
             sea_level: sea_level.filter(|_| self.sea),
             haze: self.haze,
             texture: self.texture,
+            clouds: self.clouds,
             background: if self.sky { Background::Sky } else { Background::Plain([0.018; 3]) },
             shadows: self.shadows,
             exposure: self.exposure,
@@ -182,6 +185,9 @@ impl Look {
             ui.end_row();
             ui.label("Ground texture").on_hover_text("Unevenness below the size of a cell, seen from close by");
             ui.add(egui::Slider::new(&mut self.texture, 0.0..=2.0).max_decimals(2));
+            ui.end_row();
+            ui.label("Cloud shadows").on_hover_text("Fraction of the terrain in the shadow of clouds");
+            ui.add(egui::Slider::new(&mut self.clouds, 0.0..=1.0).max_decimals(2));
             ui.end_row();
             ui.label("Exposure");
             ui.add(egui::Slider::new(&mut self.exposure, -3.0..=3.0).max_decimals(1));
