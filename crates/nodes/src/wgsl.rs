@@ -20,8 +20,6 @@ pub(crate) const HASH: &str = wgsl!("lib/hash");
 pub(crate) const LATTICE: &str = wgsl!("lib/lattice");
 /// Lines beyond their ends.
 pub(crate) const LINES: &str = wgsl!("lib/lines");
-/// A Gaussian filter; it needs [`LINES`].
-pub(crate) const SMOOTH: &str = wgsl!("lib/smooth");
 /// Sides, holes and the rim of a storm; it needs [`MATH`].
 pub(crate) const PIPE: &str = wgsl!("lib/pipe");
 /// Discharge through faces; it needs [`PIPE`].

@@ -113,7 +113,7 @@ impl Recorder for Count<'_> {
         };
         let slots = pass.shader.slots.iter();
         match pass.over {
-            Over::Cells(_) => {
+            Over::Cells(_) | Over::Tiles(..) => {
                 self.work.bytes += slots.filter(|slot| self.is_raster(pass, slot)).map(moved).sum::<u64>()
             }
             Over::Array(_) | Over::Groups(_) => {

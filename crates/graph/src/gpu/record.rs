@@ -110,6 +110,9 @@ pub enum Over {
     /// One for each place of an array of so many columns and rows, in workgroups as over cells. An executor may divide it
     /// into bands of rows; buffers are bound as a whole.
     Array([u32; 2]),
+    /// One workgroup of [`WORKGROUP`](super::WORKGROUP) for each tile of so many columns and rows of the window. An executor
+    /// may divide it into bands of tiles; `p.row` is the first row of tiles. Rows are read around those of the tile.
+    Tiles([u32; 2], Rows),
     /// A number of workgroups along each axis, as one dispatch.
     Groups([u32; 3]),
 }

@@ -49,20 +49,13 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "filter/blur",
     source: wgsl!("filter/blur"),
-    library: &[wgsl::MATH, wgsl::LINES, wgsl::SMOOTH],
-    values: smooth::VALUES,
-    slots: &[
-        smooth::BEFORE,
-        smooth::WEIGHTS,
-        smooth::AFTER,
-        Slot::input("value"),
-        Slot::input("mask"),
-        Slot::output("value"),
-    ],
+    library: &[wgsl::MATH],
+    values: &[],
+    slots: &[Slot::cells("before", "f32"), Slot::input("value"), Slot::input("mask"), Slot::output("value")],
 };
 
 static GPU: GpuKernel = GpuKernel {
-    shaders: &[&SHADER],
+    shaders: &[&smooth::SHADER, &SHADER],
     passes: Passes::Recorded(record),
     // without a radius the CPU passes the input on
     covers: |params| Params::read(params).radius > 0.0,
@@ -71,12 +64,12 @@ static GPU: GpuKernel = GpuKernel {
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let sigma_cells = Params::read(job.params).radius / job.cell_m();
-    let smoothed = smooth::smooth(job, recorder, &SHADER, Bind::Input("value", 0), sigma_cells, [0.0, 0.8])?;
+    let smoothed = smooth::smooth(job, recorder, Bind::Input("value", 0), sigma_cells, [0.0, 0.8])?;
     recorder.pass(&Pass {
         shader: &SHADER,
         entry: "main",
         bind: &[("before", Bind::Scratch(smoothed))],
-        values: &smooth::NO_VALUES,
+        values: &[],
         over: Over::Cells(Rows::Around(0)),
     })
 }

@@ -44,20 +44,13 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "filter/sharpen",
     source: wgsl!("filter/sharpen"),
-    library: &[wgsl::MATH, wgsl::LINES, wgsl::SMOOTH],
-    values: smooth::VALUES,
-    slots: &[
-        smooth::BEFORE,
-        smooth::WEIGHTS,
-        smooth::AFTER,
-        Slot::input("height"),
-        Slot::input("mask"),
-        Slot::output("height"),
-    ],
+    library: &[wgsl::MATH],
+    values: &[],
+    slots: &[Slot::cells("before", "f32"), Slot::input("height"), Slot::input("mask"), Slot::output("height")],
 };
 
 static GPU: GpuKernel = GpuKernel {
-    shaders: &[&SHADER],
+    shaders: &[&smooth::SHADER, &SHADER],
     passes: Passes::Recorded(record),
     // the CPU passes the input on where nothing changes
     covers: |params| {
@@ -69,12 +62,12 @@ static GPU: GpuKernel = GpuKernel {
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let sigma_cells = Params::read(job.params).radius / job.cell_m();
-    let smoothed = smooth::smooth(job, recorder, &SHADER, Bind::Input("height", 0), sigma_cells, [0.0, 0.8])?;
+    let smoothed = smooth::smooth(job, recorder, Bind::Input("height", 0), sigma_cells, [0.0, 0.8])?;
     recorder.pass(&Pass {
         shader: &SHADER,
         entry: "main",
         bind: &[("before", Bind::Scratch(smoothed))],
-        values: &smooth::NO_VALUES,
+        values: &[],
         over: Over::Cells(Rows::Around(0)),
     })
 }

@@ -197,7 +197,7 @@ impl<'a> Run<'a> {
 
     fn pipeline(&self, pass: &Pass<'_>) -> Result<Arc<Pipeline>, Trouble> {
         let Pass { shader, entry, .. } = *pass;
-        let is_wide = !matches!(pass.over, Over::Groups(_));
+        let is_wide = matches!(pass.over, Over::Cells(_) | Over::Array(_));
         let key = (self.job.node.id, (shader.name, entry));
         if let Some(known) = lock(&self.gpu.pipelines).get(&key) {
             return known.clone().map_err(Trouble::Shader);
@@ -316,35 +316,37 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Adds a pass over an array of invocations, such as one for each cell, as one or more dispatches. `fitting` rows of
-    /// the raster fit a binding with those around them.
+    /// Adds a pass over an array of invocations, such as one for each cell, as one or more dispatches. A workgroup has a tile
+    /// of so many columns and rows of it. `fitting` rows of the raster fit a binding with those around them.
     fn divided(
         &mut self,
         pass: &Pass<'_>,
         pipeline: &Arc<Pipeline>,
         [nx, ny]: [u32; 2],
+        [wide, high]: [u32; 2],
         (rows, fitting): (Rows, u32),
     ) -> Result<(), NodeError> {
         let name = (pass.shader.name, pass.entry);
-        let all = self.job.window.cells[1];
+        let (all, tiles) = (self.job.window.cells[1], ny.div_ceil(high));
+        let of_row = f64::from(nx) * f64::from(high);
         let mut row = 0;
-        while row < ny {
+        while row < tiles {
             let known = lock(&self.gpu.rates).get(&name).copied();
             let busy = BUSY.as_nanos() as f64;
             let (most, rate) = known.map_or((FIRST_CELLS, busy / FIRST_CELLS), |rate| (busy / rate, rate));
-            let count = ((most / f64::from(nx)) as u32).clamp(1, MOST_GROUPS).min(ny - row);
+            let count = ((most / of_row) as u32).clamp(1, MOST_GROUPS).min(tiles - row);
             let (count, first, end) = match rows {
                 Rows::Around(around) if fitting < all => {
-                    let count = count.min(fitting);
-                    let first = row.saturating_sub(around) / ALIGNED_ROWS * ALIGNED_ROWS;
-                    (count, first, row.saturating_add(count).saturating_add(around).min(all))
+                    let count = count.min((fitting / high).max(1));
+                    let first = (row * high).saturating_sub(around) / ALIGNED_ROWS * ALIGNED_ROWS;
+                    (count, first, ((row + count) * high).saturating_add(around).min(all))
                 }
                 Rows::Around(_) | Rows::All => (count, 0, all),
             };
             let group =
                 self.group(pass, pipeline, [first, row], end - first).map_err(|trouble| self.failed(trouble))?;
-            let (pipeline, groups) = (Arc::clone(pipeline), [nx.div_ceil(pipeline.workgroup), count, 1]);
-            let takes = rate * f64::from(nx) * f64::from(count);
+            let (pipeline, groups) = (Arc::clone(pipeline), [nx.div_ceil(wide), count, 1]);
+            let takes = rate * of_row * f64::from(count);
             self.add(Command::Dispatch { pipeline, group, groups }, name, takes, known.is_none())?;
             row += count;
         }
@@ -485,11 +487,15 @@ impl Recorder for Run<'_> {
         match pass.over {
             Over::Cells(rows) => {
                 let fitting = self.rows_of_binding(rows).map_err(|trouble| self.failed(trouble))?;
-                self.divided(pass, &pipeline, self.job.window.cells, (rows, fitting))
+                self.divided(pass, &pipeline, self.job.window.cells, [pipeline.workgroup, 1], (rows, fitting))
             }
             Over::Array(places) => {
                 let fitting = self.rows_of_binding(Rows::All).map_err(|trouble| self.failed(trouble))?;
-                self.divided(pass, &pipeline, places, (Rows::All, fitting))
+                self.divided(pass, &pipeline, places, [pipeline.workgroup, 1], (Rows::All, fitting))
+            }
+            Over::Tiles(tile, rows) => {
+                let fitting = self.rows_of_binding(rows).map_err(|trouble| self.failed(trouble))?;
+                self.divided(pass, &pipeline, self.job.window.cells, tile, (rows, fitting))
             }
             Over::Groups(groups) => {
                 let ny = self.job.window.cells[1];

@@ -11,25 +11,17 @@ use super::{
 };
 use crate::{prelude::*, wgsl};
 
-/// Numbers of a shader with the library `smooth`.
-pub const VALUES: &[(&str, Number)] = &[("k_reach", Number::I32), ("k_period", Number::U32), ("k_wraps", Number::U32)];
-/// The values of a pass that does not smooth.
-pub const NO_VALUES: [(&str, Scalar); 3] =
-    [("k_reach", Scalar::I32(0)), ("k_period", Scalar::U32(0)), ("k_wraps", Scalar::U32(0))];
-/// Slots of such a shader, in addition to its own: the raster to smooth.
-pub const BEFORE: Slot = Slot::cells("before", "f32");
-/// The weights.
-pub const WEIGHTS: Slot = Slot::words("weights", "f32");
-/// The smoothed raster.
-pub const AFTER: Slot = Slot::cells("after", "f32").written();
+/// Cells of a tile across and along the lines that are filtered.
+const LINES: u32 = 8;
+const LENGTH: u32 = 64;
 
-/// The filter alone.
+/// The filter.
 pub static SHADER: Shader = Shader {
     name: "lib/smooth",
-    source: wgsl::SMOOTH,
+    source: wgsl!("lib/smooth"),
     library: &[wgsl::LINES],
-    values: VALUES,
-    slots: &[BEFORE, WEIGHTS, AFTER],
+    values: &[("k_reach", Number::I32), ("k_wraps", Number::U32)],
+    slots: &[Slot::cells("before", "f32"), Slot::words("weights", "vec4<f32>"), Slot::cells("after", "f32").written()],
 };
 
 /// Records the filter with a standard deviation in cells, along rows and then along columns. `share` is the start and
@@ -40,13 +32,12 @@ pub static SHADER: Shader = Shader {
 pub fn smooth(
     job: &Job<'_>,
     recorder: &mut dyn Recorder,
-    shader: &'static Shader,
     from: Bind,
     sigma_cells: f64,
     share: [f32; 2],
 ) -> Result<ScratchId, NodeError> {
     let rasters = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
-    smooth_into(job, recorder, shader, from, sigma_cells, share, rasters)?;
+    smooth_into(job, recorder, from, sigma_cells, share, rasters)?;
     Ok(rasters[1])
 }
 
@@ -57,7 +48,6 @@ pub fn smooth(
 pub fn smooth_into(
     job: &Job<'_>,
     recorder: &mut dyn Recorder,
-    shader: &'static Shader,
     from: Bind,
     sigma_cells: f64,
     share: [f32; 2],
@@ -68,32 +58,38 @@ pub fn smooth_into(
     for (axis, (entry, after)) in ["smooth_x", "smooth_y"].into_iter().zip(rasters).enumerate() {
         let (n, world) = (window.cells[axis] as usize, window.world.cells[axis] as usize);
         let (ends, exceeds) = (Ends::of(&window, axis), filter.exceeds(world));
-        let weights = if exceeds { repeated(&filter, ends.period(n)) } else { once(&filter) };
-        let words: Vec<u32> = weights.iter().map(|weight| (*weight as f32).to_bits()).collect();
-        let table = recorder.table(&words)?;
-        let reach = weights.len() - 1;
+        let table = table(if exceeds { repeated(&filter, ends.period(n)) } else { once(&filter) });
+        let weights = recorder.table(&table)?;
+        let reach = u32::try_from(table.len() - 4).unwrap_or(u32::MAX);
         // along columns, ends and repetitions may be far away
         let rows = match (axis, exceeds || ends == Ends::Wrap) {
             (0, _) => Rows::Around(0),
             (_, true) => Rows::All,
-            (_, false) => Rows::Around(u32::try_from(reach).unwrap_or(u32::MAX)),
+            // cells are read in parts as long as a tile
+            (_, false) => Rows::Around(reach.saturating_add(LENGTH)),
         };
-        let period = if exceeds { weights.len() } else { 0 };
         recorder.pass(&Pass {
-            shader,
+            shader: &SHADER,
             entry,
-            bind: &[("before", before), ("weights", Bind::Scratch(table)), ("after", Bind::Scratch(after))],
+            bind: &[("before", before), ("weights", Bind::Scratch(weights)), ("after", Bind::Scratch(after))],
             values: &[
                 ("k_reach", Scalar::I32(i32::try_from(reach).unwrap_or(i32::MAX))),
-                ("k_period", Scalar::U32(u32::try_from(period).unwrap_or(u32::MAX))),
                 ("k_wraps", Scalar::U32(u32::from(ends == Ends::Wrap))),
             ],
-            over: Over::Cells(rows),
+            over: Over::Tiles([[LENGTH, LINES], [LINES, LENGTH]][axis], rows),
         })?;
         before = Bind::Scratch(after);
         job.advance([0.5 * (share[0] + share[1]), share[1]][axis])?;
     }
     Ok(())
+}
+
+/// The words of weights: first that of the cell itself, then those of the cells on either side, four at a time.
+fn table(mut weights: Vec<f64>) -> Vec<u32> {
+    let middle = [weights.remove(0), 0.0, 0.0, 0.0];
+    // a turn looks at four cells at least
+    weights.resize(weights.len().next_multiple_of(4).max(4), 0.0);
+    middle.iter().chain(&weights).map(|weight| (*weight as f32).to_bits()).collect()
 }
 
 /// The weights of the cell itself and of those on either side.
@@ -105,12 +101,14 @@ fn once(filter: &Gaussian) -> Vec<f64> {
     lines[reach..=2 * reach].iter().map(|lane| lane[0]).collect()
 }
 
-/// The weights of lines that repeat after that many cells.
+/// The same of lines that repeat after that many cells, within one period: half a period away on either side is the same
+/// cell.
 fn repeated(filter: &Gaussian, period: usize) -> Vec<f64> {
     let mut lines = vec![[0.0; LANES]; period];
     lines[0][0] = 1.0;
     filter.apply_to_period(&mut lines, &mut Vec::new());
-    lines.iter().map(|lane| lane[0]).collect()
+    let share = |k: usize| if k > 0 && 2 * k == period { 0.5 } else { 1.0 };
+    (0..=period / 2).map(|k| share(k) * lines[k][0]).collect()
 }
 
 #[cfg(test)]
@@ -125,8 +123,10 @@ mod tests {
             assert!((sum - 1.0).abs() < 1e-12, "{sigma}: {sum}");
             assert!(weights.windows(2).all(|pair| pair[0] >= pair[1]), "{sigma}");
         }
-        let weights = repeated(&Gaussian::new(300.0), 40);
-        assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-        assert!((1..40).all(|k| (weights[k] - weights[40 - k]).abs() < 1e-12));
+        for period in [1, 2, 39, 40] {
+            let weights = repeated(&Gaussian::new(300.0), period);
+            let sum = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+            assert!((sum - 1.0).abs() < 1e-12, "{period}: {sum}");
+        }
     }
 }

@@ -3,7 +3,6 @@
 use crate::{
     numerics::{gaussian::Gaussian, lines::separable, par, smooth},
     prelude::*,
-    wgsl,
 };
 
 choice! {
@@ -62,13 +61,13 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "select/curvature",
     source: wgsl!("select/curvature"),
-    library: &[wgsl::LINES, wgsl::SMOOTH],
-    values: smooth::VALUES,
-    slots: &[smooth::BEFORE, smooth::WEIGHTS, smooth::AFTER, Slot::output("curvature")],
+    library: &[],
+    values: &[],
+    slots: &[Slot::cells("before", "f32"), Slot::output("curvature")],
 };
 
 static GPU: GpuKernel = GpuKernel {
-    shaders: &[&SHADER],
+    shaders: &[&smooth::SHADER, &SHADER],
     passes: Passes::Recorded(record),
     // second differences magnify the rounding of heights; on nearly level ground it turns the fall line
     tolerance: &[Tolerance::relative(1e-9).and_absolute(1e-7).except(0.02)],
@@ -79,7 +78,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let sigma_cells = Params::read(job.params).radius / job.cell_m();
     let height = Bind::Input("height", 0);
     let smoothed = if sigma_cells > 0.0 {
-        Bind::Scratch(smooth::smooth(job, recorder, &SHADER, height, sigma_cells, [0.0, 0.8])?)
+        Bind::Scratch(smooth::smooth(job, recorder, height, sigma_cells, [0.0, 0.8])?)
     } else {
         height
     };
@@ -87,7 +86,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
         shader: &SHADER,
         entry: "main",
         bind: &[("before", smoothed)],
-        values: &smooth::NO_VALUES,
+        values: &[],
         over: Over::Cells(Rows::Around(1)),
     })
 }

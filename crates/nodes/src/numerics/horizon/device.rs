@@ -82,7 +82,7 @@ impl Horizons {
             let way = between.map_or_else(|| recorder.scratch(Size::Cells), Ok)?;
             between = Some(way);
             let (part, rasters) = ([from, from + each], [way, recorder.scratch(Size::Cells)?]);
-            smooth::smooth_into(job, recorder, &smooth::SHADER, lands[0], sigma(level), part, rasters)?;
+            smooth::smooth_into(job, recorder, lands[0], sigma(level), part, rasters)?;
             lands.push(Bind::Scratch(rasters[1]));
         }
         let looks = recorder.table(&rays.rays.iter().flatten().flat_map(words).collect::<Vec<_>>())?;
