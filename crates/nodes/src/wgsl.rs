@@ -30,6 +30,10 @@ pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");
 pub(crate) const FLOW: &str = wgsl!("lib/flow");
 /// Closed cells of slides.
 pub(crate) const REPOSE: &str = wgsl!("lib/repose");
+/// Faces between cells that creep.
+pub(crate) const CREEP_FACES: &str = wgsl!("lib/creep_faces");
+/// Solutions for lines of cells in parts; it needs [`CREEP_FACES`].
+pub(crate) const CREEP_PARTS: &str = wgsl!("lib/creep_parts");
 /// Horizons in one direction; it needs [`LINES`].
 pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
 /// The hidden part of the sky, by horizons.

@@ -1,12 +1,15 @@
-//! Creep on a graphics device: the same implicit steps as the module `hillslope`, one invocation for each line.
+//! Creep on a graphics device: the same implicit steps as the module `hillslope`.
 //!
 //! The state is what cells have gained, so that small changes are not lost on high ground. Steps are solved for the gain
 //! where cells of a step change little. Where a step mixes many cells, the flows between them would cancel out with
 //! large rounding errors, and it is solved for the heights.
+//!
+//! A workgroup solves eight lines beside each other in 32 parts. So that its invocations read cells beside each other,
+//! steps along rows have rasters with rows and columns exchanged.
 
 use orograph_graph::{
     Edge, InputValue,
-    gpu::{Size, WORKGROUP},
+    gpu::{ScratchId, Size},
 };
 
 use super::{Inputs, Params, Wants, balance, steps};
@@ -17,15 +20,20 @@ use crate::{
         repose::wraps,
     },
     prelude::*,
+    wgsl,
 };
 
 /// D Δt / d² of a step above which it is solved for heights.
 const FAR: f64 = 16.0;
+/// Lines of a workgroup.
+const LINES_TOGETHER: u32 = 8;
+/// Rows and columns that a workgroup exchanges.
+const TURNED: [u32; 2] = [32; 2];
 
 static LINES: Shader = Shader {
     name: "erosion/creep",
     source: wgsl!("erosion/creep"),
-    library: &[],
+    library: &[wgsl::CREEP_FACES, wgsl::CREEP_PARTS],
     values: &[
         ("k_columns", Number::U32),
         ("k_far", Number::U32),
@@ -67,13 +75,87 @@ static ADD: Shader = Shader {
     ],
 };
 
+static TURN: Shader = Shader {
+    name: "erosion/creep_turn",
+    source: wgsl!("erosion/creep_turn"),
+    library: &[],
+    values: &[("k_back", Number::U32), ("k_adds", Number::U32)],
+    slots: &[Slot::cells("solved", "f32"), Slot::cells("moved", "f32"), Slot::cells("turned", "f32").written()],
+};
+
 pub(super) static GPU: GpuKernel = GpuKernel {
-    shaders: &[&LINES, &ADD],
+    shaders: &[&LINES, &ADD, &TURN],
     passes: Passes::Recorded(record),
     // sums along lines in single precision, in up to 128 passes; the last is that of the balance
     tolerance: &[Tolerance::relative(2e-6), Tolerance::relative(2e-6), Tolerance::relative(1e-5)],
     ..GpuKernel::DEFAULT
 };
+
+/// The rasters of steps along rows, which are turned, and along columns.
+struct Rasters {
+    /// What is bound to the slots of inputs.
+    inputs: [Vec<(&'static str, Bind)>; 2],
+    moved: [ScratchId; 2],
+    solved: ScratchId,
+    far: u32,
+}
+
+impl Rasters {
+    /// Turns the inputs, if any step is made.
+    fn new(job: &Job<'_>, recorder: &mut dyn Recorder, far: u32, is_still: bool) -> Result<Self, NodeError> {
+        let mut raster = || recorder.scratch(Size::Cells);
+        let [solved, columns] = [raster()?, raster()?];
+        let rows = if is_still { columns } else { raster()? };
+        let mut rasters = Self { inputs: [Vec::new(), Vec::new()], moved: [rows, columns], solved, far };
+        for name in ["height", "diffusivity"] {
+            if !is_still && job.input(name).is_some_and(InputValue::is_wired) {
+                let turned = recorder.scratch(Size::Cells)?;
+                rasters.turn(
+                    recorder,
+                    [("solved", Bind::Input(name, 0)), ("turned", Bind::Scratch(turned))],
+                    [0, 0],
+                )?;
+                rasters.inputs[0].push((name, Bind::Scratch(turned)));
+            }
+        }
+        Ok(rasters)
+    }
+
+    fn turn<const N: usize>(
+        &self,
+        recorder: &mut dyn Recorder,
+        bind: [(&'static str, Bind); N],
+        [back, adds]: [u32; 2],
+    ) -> Result<(), NodeError> {
+        recorder.pass(&Pass {
+            shader: &TURN,
+            entry: "turn",
+            bind: &bind,
+            values: &[("k_back", Scalar::U32(back)), ("k_adds", Scalar::U32(adds))],
+            over: Over::Tiles(TURNED, Rows::All),
+        })
+    }
+
+    fn add(&self, recorder: &mut dyn Recorder, entry: &'static str, moved: ScratchId) -> Result<(), NodeError> {
+        recorder.pass(&Pass {
+            shader: &ADD,
+            entry,
+            bind: &[("solved", Bind::Scratch(self.solved)), ("moved", Bind::Scratch(moved))],
+            values: &[("k_far", Scalar::U32(self.far))],
+            over: Over::Cells(Rows::Around(0)),
+        })
+    }
+
+    /// Takes over what was solved for along rows (0) or columns (1), for what is solved next.
+    fn take(&self, recorder: &mut dyn Recorder, along: usize, next: usize) -> Result<(), NodeError> {
+        let [moved, turned] = [self.moved[along], self.moved[next]];
+        if along == next {
+            return self.add(recorder, "add", moved);
+        }
+        let bind = [("solved", self.solved), ("moved", moved), ("turned", turned)];
+        self.turn(recorder, bind.map(|(name, id)| (name, Bind::Scratch(id))), [next as u32, 1 - self.far])
+    }
+}
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let (params, window) = (Params::read(job.params), job.window());
@@ -82,22 +164,50 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let per_diffusivity = params.duration / f64::from(steps.max(1)) / (job.cell_m() * job.cell_m());
     let far = u32::from(mobility / f64::from(steps.max(1)) > FAR);
     let [nx, ny] = window.cells;
-    let joined = wraps(&window.world.boundary);
-    let mut raster = || recorder.scratch(Size::Cells);
-    let [moved, solved, ratio] = [raster()?, raster()?, raster()?];
-    let ends = joined.contains(&true).then(|| recorder.scratch(Size::Cells)).transpose()?;
+    let rasters = Rasters::new(job, recorder, far, steps == 0)?;
+    let [ratio, ends] = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
     let left = recorder.scratch(Size::Words(2 * (nx + ny) as usize))?;
-    recorder.clear(moved)?;
     recorder.clear(left)?;
-    let of_line = [("moved", moved), ("solved", solved), ("ratio", ratio), ("left", left)];
-    let bind: Vec<(&'static str, Bind)> = of_line
-        .into_iter()
-        .chain(ends.map(|ends| ("ends", ends)))
-        .map(|(name, id)| (name, Bind::Scratch(id)))
-        .collect();
-    let boundary = window.world.boundary;
+    // rows first in every other step; outputs are not turned
+    let mut order: Vec<usize> =
+        (0..steps).flat_map(|step| if step.is_multiple_of(2) { [0, 1] } else { [1, 0] }).collect();
+    order.push(1);
+    recorder.clear(rasters.moved[order[0]])?;
+    let values = values(job, per_diffusivity, far);
+    for (number, pair) in order.windows(2).enumerate() {
+        let &[along, next] = pair else { continue };
+        let of_line = [
+            ("moved", rasters.moved[along]),
+            ("solved", rasters.solved),
+            ("ratio", ratio),
+            ("ends", ends),
+            ("left", left),
+        ];
+        let bind: Vec<_> = of_line.map(|(name, id)| (name, Bind::Scratch(id))).to_vec();
+        recorder.pass(&Pass {
+            shader: &LINES,
+            entry: "lines",
+            bind: &[&bind[..], &rasters.inputs[along]].concat(),
+            values: &[&[("k_columns", Scalar::U32(along as u32))][..], &values].concat(),
+            over: Over::Groups([[ny, nx][along].div_ceil(LINES_TOGETHER), 1, 1]),
+        })?;
+        rasters.take(recorder, along, next)?;
+        job.advance((number / 2 + 1) as f32 / steps as f32)?;
+    }
+    let moved = rasters.moved[1];
+    rasters.add(recorder, "main", moved)?;
+    if Wants::of(job).report {
+        report(job, recorder, moved, (far == 0).then_some(left))?;
+    }
+    Ok(())
+}
+
+/// The numbers of [`LINES`], but for the direction of lines.
+fn values(job: &Job<'_>, per_diffusivity: f64, far: u32) -> Vec<(&'static str, Scalar)> {
+    let boundary = job.window().world.boundary;
     let [west, east, north, south] = [boundary.west, boundary.east, boundary.north, boundary.south].map(side);
-    let whole = [("k_far", far), ("k_wraps_x", u32::from(joined[0])), ("k_wraps_y", u32::from(joined[1]))];
+    let joined = wraps(&boundary).map(u32::from);
+    let whole = [("k_far", far), ("k_wraps_x", joined[0]), ("k_wraps_y", joined[1])];
     let single = [
         ("k_per_diffusivity", per_diffusivity),
         ("k_highest", HIGHEST_M),
@@ -107,55 +217,36 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
         ("k_given", GIVEN_M),
     ];
     let sides = [("k_west", west), ("k_east", east), ("k_north", north), ("k_south", south)];
-    let values: Vec<_> = whole
-        .map(|(name, v)| (name, Scalar::U32(v)))
-        .into_iter()
-        .chain(single.map(|(name, v)| (name, Scalar::F32(v as f32))))
-        .chain(sides)
-        .collect();
-    let add = |recorder: &mut dyn Recorder, entry| {
-        recorder.pass(&Pass {
-            shader: &ADD,
-            entry,
-            bind: &[("solved", Bind::Scratch(solved)), ("moved", Bind::Scratch(moved))],
-            values: &[("k_far", Scalar::U32(far))],
-            over: Over::Cells(Rows::Around(0)),
-        })
+    let whole = whole.map(|(name, v)| (name, Scalar::U32(v)));
+    let single = single.map(|(name, v)| (name, Scalar::F32(v as f32)));
+    whole.into_iter().chain(single).chain(sides).collect()
+}
+
+/// Gives the balance. `left` is what crossed the ends of lines, if steps were solved for gains.
+fn report(
+    job: &Job<'_>,
+    recorder: &mut dyn Recorder,
+    moved: ScratchId,
+    left: Option<ScratchId>,
+) -> Result<(), NodeError> {
+    let window = job.window();
+    let mut metres = |id, count: usize| {
+        let words = recorder.read(id, count)?;
+        Ok::<_, NodeError>(words.into_iter().map(|bits| f64::from(f32::from_bits(bits))).collect::<Vec<_>>())
     };
-    for step in 0..steps {
-        // rows first in every other step
-        for columns in if step.is_multiple_of(2) { [0, 1] } else { [1, 0] } {
-            let lines = if columns == 0 { ny } else { nx };
-            recorder.pass(&Pass {
-                shader: &LINES,
-                entry: "lines",
-                bind: &bind,
-                values: &[&[("k_columns", Scalar::U32(columns))][..], &values].concat(),
-                over: Over::Groups([lines.div_ceil(WORKGROUP), 1, 1]),
-            })?;
-            add(recorder, "add")?;
-        }
-        job.advance((step + 1) as f32 / steps as f32)?;
-    }
-    add(recorder, "main")?;
-    if Wants::of(job).report {
-        let metres = |recorder: &mut dyn Recorder, id, count: usize| {
-            let words = recorder.read(id, count)?;
-            Ok::<_, NodeError>(words.into_iter().map(|bits| f64::from(f32::from_bits(bits))).collect::<Vec<_>>())
-        };
-        let [settled, eroded] = ledger::gains_and_losses(metres(recorder, moved, window.len())?.into_iter());
-        let is_closed = ![boundary.west, boundary.east, boundary.north, boundary.south]
-            .iter()
-            .any(|edge| matches!(edge, Edge::Open | Edge::Base));
-        let left: f64 = match far {
-            0 => metres(recorder, left, 2 * (nx + ny) as usize)?.into_iter().sum(),
-            _ if is_closed => 0.0,
-            // sides at base level may give more than they get; flows from side to side, far above what leaves, would round
-            // the sum at the ends of lines
-            _ => eroded - settled,
-        };
-        recorder.give("report", balance(job, [settled, eroded], left).into());
-    }
+    let [settled, eroded] = ledger::gains_and_losses(metres(moved, window.len())?.into_iter());
+    let boundary = window.world.boundary;
+    let is_closed = ![boundary.west, boundary.east, boundary.north, boundary.south]
+        .iter()
+        .any(|edge| matches!(edge, Edge::Open | Edge::Base));
+    let left: f64 = match left {
+        Some(left) => metres(left, 2 * (window.nx() + window.ny()))?.into_iter().sum(),
+        None if is_closed => 0.0,
+        // sides at base level may give more than they get; flows from side to side, far above what leaves, would round
+        // the sum at the ends of lines
+        None => eroded - settled,
+    };
+    recorder.give("report", balance(job, [settled, eroded], left).into());
     Ok(())
 }
 
