@@ -15,35 +15,74 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
 
 fn higher(a: f32, b: f32) -> f32 { return select(b, a, a > b); }
 
-/// The value of `line` at a column inside the row, or beyond its ends in a world that wraps.
-fn line_at(x: i32, y: u32) -> f32 { return line[at(u32(cell_in_line(x, p.nx, true)), y)]; }
+/// The highest of a value and, if two lines of the length `k_span` cover it, of a line of the disc: that of the row which
+/// begins at `row`, at a distance from the cell's own. Beside the west side of the world it is shorter; beside the east
+/// side those of `line` are.
+fn raised(high: f32, row: u32, x: i32, distance: u32, rows: vec2<u32>) -> f32 {
+    if (distance < rows.x || distance > rows.y) {
+        return high;
+    }
+    let half = halves[distance];
+    var first = x - half;
+    var second = x + half + 1 - p.k_span;
+    if (p.k_wraps_x != 0u) {
+        first = cell_in_line(first, p.nx, true);
+        second = cell_in_line(second, p.nx, true);
+    } else {
+        first = max(first, 0);
+        let length = x + half + 1 - first;
+        if (length < p.k_span || length >= 2 * p.k_span) {
+            return high;
+        }
+        second = min(second, i32(p.nx) - 1);
+    }
+    return higher(line[row + u32(second)], higher(line[row + u32(first)], high));
+}
 
-/// Lines of the disc that two of the length `k_span` cover. Beside the sides of the world they are shorter.
+/// Rows of a tile, which an invocation computes together: in each row around them, they read cells beside each other.
+const TOGETHER = 4;
+
 @compute @workgroup_size(64)
-fn raise(@builtin(global_invocation_id) id: vec3<u32>) {
-    let cell = cell_of(id);
-    if (is_outside(cell)) {
+fn raise(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) own: u32) {
+    let x = i32(64u * group.x + own);
+    let y = TOGETHER * i32(group.y + p.row);
+    if (x >= i32(p.nx)) {
         return;
     }
-    let x = i32(cell.x);
-    var high = best[at(cell.x, cell.y)];
-    for (var shift = -p.k_rows; shift <= p.k_rows; shift++) {
-        let half = halves[abs(shift)];
-        var first = x - half;
-        var last = x + half;
-        let row = cell_in_line(i32(cell.y) + shift, p.ny, p.k_wraps_y != 0u);
-        if (p.k_wraps_x == 0u) {
-            first = max(first, 0);
-            last = min(last, i32(p.nx) - 1);
+    // lines that are shorter beside the west side may be of any row of the disc
+    var rows = vec2<u32>(p.k_from, p.k_to);
+    if (p.k_wraps_x == 0u && i32(64u * group.x) < halves[0]) {
+        rows = vec2<u32>(0u, u32(p.k_rows));
+    }
+    let nearest = i32(rows.x);
+    let last = i32(rows.y) + TOGETHER;
+    var high = vec4<f32>(-3.4028235e38);
+    for (var shift = -i32(rows.y); shift < last; shift++) {
+        if (shift > TOGETHER - 1 - nearest && shift < nearest) {
+            // rows of longer lines
+            shift = nearest;
         }
-        let length = last - first + 1;
-        if (row < 0 || length < p.k_span || length >= 2 * p.k_span) {
+        let place = cell_in_line(y + shift, p.ny, p.k_wraps_y != 0u);
+        if (place < 0) {
             continue;
         }
-        high = higher(line_at(first, u32(row)), high);
-        high = higher(line_at(last + 1 - p.k_span, u32(row)), high);
+        let row = at(0u, u32(place));
+        high.x = raised(high.x, row, x, u32(abs(shift)), rows);
+        high.y = raised(high.y, row, x, u32(abs(shift - 1)), rows);
+        high.z = raised(high.z, row, x, u32(abs(shift - 2)), rows);
+        high.w = raised(high.w, row, x, u32(abs(shift - 3)), rows);
     }
-    best[at(cell.x, cell.y)] = high;
+    put(x, y, high.x);
+    put(x, y + 1, high.y);
+    put(x, y + 2, high.z);
+    put(x, y + 3, high.w);
+}
+
+fn put(x: i32, y: i32, high: f32) {
+    if (y < i32(p.ny)) {
+        let i = at(u32(x), u32(y));
+        best[i] = higher(high, best[i]);
+    }
 }
 
 @compute @workgroup_size(64)

@@ -85,6 +85,8 @@ static SHADER: Shader = Shader {
         ("k_sign", Number::F32),
         ("k_span", Number::I32),
         ("k_rows", Number::I32),
+        ("k_from", Number::U32),
+        ("k_to", Number::U32),
         ("k_wraps_x", Number::U32),
         ("k_wraps_y", Number::U32),
     ],
@@ -108,10 +110,15 @@ static GPU: GpuKernel = GpuKernel {
     ..GpuKernel::DEFAULT
 };
 
+/// Columns and rows of cells of a workgroup that looks at the lines of a disc.
+const TILE: [u32; 2] = [64, 4];
+
 /// Records searches for the highest value in a disc.
 struct Search<'r> {
     recorder: &'r mut dyn Recorder,
-    halves: ScratchId,
+    /// Cells on either side of the middle in each row of the disc, from the middle outward.
+    halves: Vec<u32>,
+    table: ScratchId,
     lines: [ScratchId; 2],
     rows: i32,
     most: i32,
@@ -126,10 +133,10 @@ impl<'r> Search<'r> {
         let halves: Vec<u32> = disc.iter().filter(|(row, _)| *row >= 0).map(half).collect();
         let rows = i32::try_from(halves.len() - 1).unwrap_or(i32::MAX);
         let most = i32::try_from(halves[0]).unwrap_or(i32::MAX);
-        let halves = recorder.table(&halves)?;
+        let table = recorder.table(&halves)?;
         let lines = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
         let wraps = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
-        Ok(Self { recorder, halves, lines, rows, most, wraps })
+        Ok(Self { recorder, halves, table, lines, rows, most, wraps })
     }
 
     fn pass(
@@ -140,6 +147,9 @@ impl<'r> Search<'r> {
         around: i32,
     ) -> Result<(), NodeError> {
         let rows = if around > 0 && self.wraps[1] { Rows::All } else { Rows::Around(around.unsigned_abs()) };
+        // rows of the disc whose lines two of the length `span` cover
+        let is_covered = |half: &u32| (span..2 * span).contains(&(2 * *half as i32 + 1));
+        let [from, to] = [self.halves.iter().position(is_covered), self.halves.iter().rposition(is_covered)];
         self.recorder.pass(&Pass {
             shader: &SHADER,
             entry,
@@ -148,10 +158,12 @@ impl<'r> Search<'r> {
                 ("k_sign", Scalar::F32(sign)),
                 ("k_span", Scalar::I32(span)),
                 ("k_rows", Scalar::I32(self.rows)),
+                ("k_from", Scalar::U32(from.unwrap_or(1) as u32)),
+                ("k_to", Scalar::U32(to.unwrap_or(0) as u32)),
                 ("k_wraps_x", Scalar::U32(u32::from(self.wraps[0]))),
                 ("k_wraps_y", Scalar::U32(u32::from(self.wraps[1]))),
             ],
-            over: Over::Cells(rows),
+            over: if entry == "raise" { Over::Tiles(TILE, rows) } else { Over::Cells(rows) },
         })
     }
 
@@ -159,7 +171,7 @@ impl<'r> Search<'r> {
     fn highest(&mut self, job: &Job<'_>, before: Bind, sign: f32) -> Result<ScratchId, NodeError> {
         let best = self.recorder.scratch(Size::Cells)?;
         let [mut line, mut next] = self.lines.map(Bind::Scratch);
-        let (best_of, halves) = (Bind::Scratch(best), Bind::Scratch(self.halves));
+        let (best_of, halves) = (Bind::Scratch(best), Bind::Scratch(self.table));
         self.pass("begin", &[("before", before), ("line", line), ("best", best_of)], (sign, 1), 0)?;
         let mut span = 1;
         loop {
