@@ -157,10 +157,10 @@ impl Horizons {
 }
 
 /// The words of a sample.
-fn words(look: &Look) -> [u32; 7] {
+fn words(look: &Look) -> [u32; 8] {
     let [first, second] = [look.first, look.second].map(|cell| cell.map(|v| v as i32 as u32));
     let land = (look.level % LANDS) as u32;
-    [land, first[0], first[1], second[0], second[1], look.share.to_bits(), look.per_m.to_bits()]
+    [first[0], first[1], second[0], second[1], look.share.to_bits(), look.per_m.to_bits(), land, 0]
 }
 
 /// Divides the samples of each direction, whose levels ascend.
@@ -196,7 +196,7 @@ mod tests {
                 assert!(samples[0] == next && samples[1] > next);
                 next = samples[1];
                 for look in &looks[(samples[0] - start) as usize..(samples[1] - start) as usize] {
-                    assert_eq!(words(look)[0] as usize, look.level - level);
+                    assert_eq!(words(look)[6] as usize, look.level - level);
                 }
             }
             assert_eq!((next - start) as usize, looks.len());
