@@ -8,6 +8,11 @@ const SIDE_BASE: u32 = 1u;
 /// The flows to the first and the last cell of each line.
 var<workgroup> to_first: array<f32, 8>;
 var<workgroup> to_last: array<f32, 8>;
+/// Whether rounding may decide which way that to the last cell goes.
+var<workgroup> is_unsure: array<u32, 8>;
+
+/// Rounding of a height that is solved for, as a share of the highest of its line.
+const ROUNDING: f32 = 1e-5;
 
 /// Makes a step along a line, with all iterations that it needs.
 fn step_of(part: Part, own: u32, hold: Ends, is_joined: bool) {
@@ -36,6 +41,15 @@ fn hold_of(side: u32) -> u32 {
 /// The flow from cell i to cell j through a face, after a solution.
 fn crossing(through: Face, line: u32, i: u32, j: u32) -> f32 {
     return through.given + through.implicit * (solved[place_of(line, i)] - solved[place_of(line, j)]);
+}
+
+/// The greatest height at the ends of parts and before the last cell, in the last part after a solution.
+fn greatest(part: Part, own: u32) -> f32 {
+    var most = abs(solved[place_of(part.line, cells_of_line() - 2u)]);
+    for (var k = own % LINES; k <= own; k += LINES) {
+        most = max(most, abs(last_of[k]));
+    }
+    return most;
 }
 
 /// Measures heights from that of the first ground from an end of the line on.
@@ -72,10 +86,14 @@ fn solve_line(part: Part, own: u32, sides: Ends, is_joined: bool) {
         }
         let both = hold.first != FREE && hold.last != FREE;
         if (p.k_far != 0u && sides.first != FREE && sides.last == SINK) {
-            // the flow to the last cell, with heights above it
-            let once_more = only(due, both && hold.last == SINK);
+            // where it is in doubt, the flow to the last cell is computed from heights above that
+            if (is_due && is_last) {
+                let flow = crossing(last_face, part.line, n - 2u, n - 1u);
+                is_unsure[line_of_group] = u32(abs(flow) < ROUNDING * last_face.implicit * greatest(part, own));
+            }
             storageBarrier();
             workgroupBarrier();
+            let once_more = only(due, both && hold.last == SINK && is_unsure[line_of_group] != 0u);
             refer_to(once_more, true);
             step_of(once_more, own, hold, is_joined);
         }
