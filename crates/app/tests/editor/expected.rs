@@ -26,28 +26,11 @@ fn source(window: &Harness<'_, App>) -> String {
     window.state().session().document().source().to_owned()
 }
 
-/// The height of a row in the window.
-fn row(window: &Harness<'_, App>, name: &str) -> f32 {
-    window.get_by_role_and_label(Role::Label, name).rect().center().y
-}
-
-/// Types into one of the fields of a row, counted from the left, and presses Enter.
-fn fill(window: &mut Harness<'_, App>, line: &str, at: usize, text: &str) {
-    let field = |window: &Harness<'_, App>| {
-        let mut places: Vec<egui::Pos2> =
-            window.query_all_by_role_and_label(Role::TextInput, line).map(|node| node.rect().center()).collect();
-        places.sort_by(|a, b| a.x.total_cmp(&b.x));
-        places[at]
-    };
-    let place = field(window);
-    let node = |window: &Harness<'_, App>| {
-        let found = window.query_all_by_role_and_label(Role::TextInput, line);
-        found.into_iter().position(|node| node.rect().center() == place).expect("the field")
-    };
-    let index = node(window);
-    window.query_all_by_role_and_label(Role::TextInput, line).nth(index).expect("the field").focus();
+/// Types into a field and presses Enter.
+fn fill(window: &mut Harness<'_, App>, field: &str, text: &str) {
+    window.get_by_role_and_label(Role::TextInput, field).focus();
     window.run_steps(2);
-    window.query_all_by_role_and_label(Role::TextInput, line).nth(index).expect("the field").type_text(text);
+    window.get_by_role_and_label(Role::TextInput, field).type_text(text);
     window.run_steps(2);
     window.key_press(Key::Enter);
     window.run_steps(3);
@@ -66,12 +49,12 @@ fn an_expectation_is_added_by_search_changed_and_removed() {
     window.get_by_role_and_label(Role::Button, "slope.p95").click();
     window.run_steps(4);
     assert!(source(&window).contains("expect: { \"slope.p95\": (-inf, inf) }"), "{}", source(&window));
-    fill(&mut window, "slope.p95", 1, "60");
-    fill(&mut window, "slope.p95", 0, "2 °");
+    fill(&mut window, "highest slope.p95", "60");
+    fill(&mut window, "lowest slope.p95", "2 °");
     let text = source(&window);
     assert!(text.contains("expect: { \"slope.p95\": (\"2 °\", 60) }") && text.contains("// not high"), "{text}");
     // contradictory bounds are refused beside the row
-    fill(&mut window, "slope.p95", 1, "1");
+    fill(&mut window, "highest slope.p95", "1");
     assert!(window.query_by_label_contains("the lowest figure of `slope.p95` is above the highest").is_some());
     assert_eq!(source(&window), text);
     // one step each
@@ -83,9 +66,7 @@ fn an_expectation_is_added_by_search_changed_and_removed() {
         assert!(window.state_mut().session_mut().redo());
     }
     window.run_steps(3);
-    let row = row(&window, "slope.p95");
-    let remove = window.query_all_by_label("✖").find(|node| (node.rect().center().y - row).abs() < 8.0);
-    remove.expect("a button in the row").click();
+    window.get_by_label("remove slope.p95").click();
     window.run_steps(3);
     assert_eq!(source(&window), HILLS);
 }
@@ -99,20 +80,20 @@ fn the_measured_part_and_its_cells_are_edited_in_place() {
         let expected = window.state().session().document().expectations().cloned().expect("expectations");
         (expected.part_m, expected.cell_m)
     };
-    fill(&mut window, "part size", 0, "1.6 km");
+    fill(&mut window, "part width", "1.6 km");
     assert_eq!(measured(&window).0, Some([0.0, 0.0, 1600.0, 3200.0]));
-    fill(&mut window, "part from", 0, "800");
-    fill(&mut window, "measured cells", 0, "90 m");
+    fill(&mut window, "part x", "800");
+    fill(&mut window, "measured cells", "90 m");
     assert_eq!(measured(&window), (Some([800.0, 0.0, 1600.0, 3200.0]), Some(90.0)));
     let text = source(&window);
     assert!(text.contains("\"relief\": (\"1 km\", inf), \"peaks.count\": (0, 9)"), "{text}");
-    fill(&mut window, "part from", 1, "2 km");
+    fill(&mut window, "part y", "2 km");
     assert!(window.query_by_label_contains("is not within the world").is_some());
     assert_eq!(source(&window), text);
     // the miss is marked in its row, as in the list of problems
     until(&mut window, "both rows are marked", |window| {
         let is_marked = |(mark, name): (&str, &str)| {
-            let y = row(window, name);
+            let y = window.get_by_role_and_label(Role::Label, name).rect().center().y;
             window.query_all_by_label(mark).any(|node| (node.rect().center().y - y).abs() < 8.0)
         };
         [("⚠", "relief"), ("✔", "peaks.count")].into_iter().all(is_marked)

@@ -141,11 +141,11 @@ fn builds_wait_for_each_other_and_can_be_cancelled() {
     window.run_steps(3);
     assert!(window.query_by_label("Cancel the exports?").is_none());
     // Cancels the build that waits last.
-    window.get_all_by_label("Cancel").next_back().expect("a button").click();
+    window.get_all_by_label_contains("Cancel the export").next_back().expect("a button").click();
     window.run_steps(3);
     assert_eq!(window.get_all_by_label("Waiting").count(), 1);
     // Cancels the running one; the next one starts.
-    window.get_all_by_label("Cancel").next().expect("a button").click();
+    window.get_all_by_label_contains("Cancel the export").next().expect("a button").click();
     until(&mut window, "the second build starts", |window| window.query_by_label("Waiting").is_none());
     let mut attention = false;
     until(&mut window, "the second build ends", |window| {

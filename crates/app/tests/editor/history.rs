@@ -72,7 +72,7 @@ fn a_snapshot_is_compared_and_restored() {
     let session = window.state().session();
     let kept = session.snapshot("snapshot 1").expect("kept");
     assert_eq!((kept.port(), session.compared()), ("rivers.height", Some("snapshot 1")));
-    window.get_by_label("Restore").click();
+    window.get_by_label("Restore snapshot 1").click();
     window.run_steps(3);
     assert_eq!(source(&window), before);
     window.state_mut().session_mut().undo();

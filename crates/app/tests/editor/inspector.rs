@@ -110,7 +110,7 @@ fn choices_switches_and_seeds_are_set() {
     window.state_mut().session_mut().select_only("swells");
     window.run_steps(3);
     let before = param(&window, "swells", "seed");
-    window.get_by_label("🎲").click();
+    window.get_by_label("randomise seed").click();
     window.run_steps(3);
     assert_ne!(param(&window, "swells", "seed"), before);
 }
@@ -119,12 +119,10 @@ fn choices_switches_and_seeds_are_set() {
 fn values_are_reset_to_their_defaults() {
     let mut window = selected("hello.ron", "ground");
     fill(&mut window, "octaves", "5");
-    assert_eq!(window.query_all_by_label("⟲").count(), 3, "wavelength, amplitude and octaves differ");
+    assert_eq!(window.query_all_by_label_contains("reset ").count(), 3, "wavelength, amplitude and octaves differ");
     let count = |window: &Harness<'_, App>| window.state().session().document().source().matches("octaves").count();
     assert_eq!(count(&window), 1);
-    let row = window.get_by_role_and_label(Role::TextInput, "octaves").rect().center().y;
-    let back = window.query_all_by_label("⟲").find(|node| (node.rect().center().y - row).abs() < 8.0);
-    back.expect("a way back on the line").click();
+    window.get_by_label("reset octaves").click();
     window.run_steps(3);
     assert_eq!(count(&window), 0);
 }
@@ -137,9 +135,7 @@ fn wires_are_shown_followed_and_removed() {
     assert_eq!(window.state().session().selected(), Some("rise"));
     window.state_mut().session_mut().select_only("rivers");
     window.run_steps(3);
-    let row = window.get_by_label_contains("⬅ rise").rect().center().y;
-    let unwire = window.query_all_by_label("✖").find(|node| (node.rect().center().y - row).abs() < 8.0);
-    unwire.expect("a button on the line").click();
+    window.get_by_label("disconnect uplift").click();
     window.run_steps(3);
     let session = window.state().session();
     let index = session.document().graph().find("rivers").expect("there");
@@ -158,7 +154,7 @@ fn an_input_is_wired_from_a_list_of_compatible_outputs() {
     window.run_steps(3);
     // the terrain, and the rock in depth, which is optional
     assert_eq!(window.query_all_by_label("not wired").count(), 2);
-    window.query_all_by_label("wire…").next().expect("offered").click();
+    window.get_by_label("wire into height").click();
     window.run_steps(3);
     assert!(window.query_by_role_and_label(Role::Button, "rivers.height").is_none(), "no circle is offered");
     window.get_by_role_and_label(Role::Button, "ground.height").click();
@@ -187,9 +183,7 @@ fn a_node_is_renamed_and_stays_selected() {
 fn a_value_is_exposed_and_concealed() {
     let mut window = selected("hello.ron", "rivers");
     let before = window.state().session().document().source().to_owned();
-    let row = window.get_by_role_and_label(Role::TextInput, "duration").rect().center().y;
-    let menu = window.query_all_by_label("…").find(|node| (node.rect().center().y - row).abs() < 8.0);
-    menu.expect("a menu on the line").click();
+    window.get_by_label("menu of duration").click();
     window.run_steps(3);
     window.get_by_label("Expose as parameter").click();
     window.run_steps(3);
@@ -205,9 +199,7 @@ fn a_value_is_exposed_and_concealed() {
     assert_eq!(param(&window, "rivers", "duration"), ParamValue::Float(5e6));
     window.state_mut().session_mut().undo();
     window.run_steps(2);
-    let row = window.get_by_label("⬅ rivers.duration").rect().center().y;
-    let remove = window.query_all_by_label("✖").find(|node| (node.rect().center().y - row).abs() < 8.0);
-    remove.expect("a way back").click();
+    window.get_by_label("stop exposing duration").click();
     window.run_steps(3);
     assert!(names(&window).is_empty());
     let session = window.state_mut().session_mut();
@@ -541,7 +533,7 @@ fn a_table_of_layers_is_a_column() {
         depth += layer.thickness;
     }
     // a layer less, and the column has one less
-    window.get_all_by_label("✖").last().expect("a button").click();
+    window.get_by_label("remove layer 8").click();
     window.run_steps(3);
     window.get_by_role_and_label(Role::Image, "Column of 7 layers");
 }

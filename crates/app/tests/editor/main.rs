@@ -25,6 +25,7 @@ mod keyboard;
 mod live;
 mod looks;
 mod menu;
+mod names;
 mod opening;
 mod problems;
 mod random;

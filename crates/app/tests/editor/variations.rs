@@ -75,7 +75,7 @@ fn two_values_are_kept_by_a_click() {
     window.get_by_label("4 x 4").click();
     window.run_steps(3);
     // The ends of the range are typed with units and arithmetic.
-    let from = window.get_all_by_label("from").next_back().expect("a field");
+    let from = window.get_by_label("Down from");
     from.focus();
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);

@@ -14,7 +14,10 @@ use super::{
     model::{Side, Spot, TITLE},
     paint::{Brush, legend, span},
 };
-use crate::editor::window::actions::{self, Part};
+use crate::editor::window::{
+    actions::{self, Part},
+    names::Named as _,
+};
 
 /// Size of the overview, and its distance from the corner, in points.
 pub(super) const MAP: Vec2 = vec2(168.0, 108.0);
@@ -281,7 +284,7 @@ impl Canvas {
                 ui.horizontal(|ui| {
                     let edit =
                         egui::TextEdit::singleline(&mut find.query).hint_text("Find a node").desired_width(150.0);
-                    let response = ui.add(edit);
+                    let response = ui.add(edit).named("find a node");
                     if find.frames == 0 {
                         response.request_focus();
                     }
@@ -445,18 +448,19 @@ impl Rename {
     fn fields(&mut self, ui: &mut Ui, width: f32) -> bool {
         let edit = egui::TextEdit::singleline(&mut self.to).id(Id::new("rename field")).desired_width(width);
         let mut output = edit.show(ui);
+        let response = output.response.response.clone().named("name");
         if self.frames == 0 {
-            output.response.request_focus();
+            response.request_focus();
             let all = egui::text::CCursorRange::two(
                 egui::text::CCursor::new(0),
                 egui::text::CCursor::new(self.to.chars().count()),
             );
             output.state.cursor.set_char_range(Some(all));
-            output.state.store(ui.ctx(), output.response.id);
+            output.state.store(ui.ctx(), response.id);
         }
-        let mut focused = output.response.has_focus();
+        let mut focused = response.has_focus();
         let note = egui::TextEdit::singleline(&mut self.note).id(Id::new("note field"));
-        focused |= ui.add(note.hint_text("A note").desired_width(width)).has_focus();
+        focused |= ui.add(note.hint_text("A note").desired_width(width)).named("note").has_focus();
         if let Some(reason) = &self.refused {
             ui.set_max_width(width.max(260.0));
             ui.label(RichText::new(reason).color(ui.visuals().error_fg_color));

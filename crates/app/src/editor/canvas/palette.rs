@@ -9,6 +9,7 @@ use super::{
     model::{Model, PAD, PICTURE, ROW, Side, TITLE, WIDTH, WireName},
     place,
 };
+use crate::editor::window::names::Named as _;
 
 /// Width of the palette, and height of its list, in points.
 const SIZE: [f32; 2] = [300.0, 264.0];
@@ -253,7 +254,7 @@ impl Palette {
             .hint_text(hint)
             .desired_width(f32::INFINITY)
             .margin(vec2(6.0, 5.0));
-        let response = ui.add(edit);
+        let response = ui.add(edit).named("search nodes");
         response.request_focus();
         if response.changed() {
             self.marked = 0;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use egui::{Align, Button, Context, Id, Key, Layout, RichText, ScrollArea, TextEdit, Ui};
 
 use super::system::{self, Ask};
+use crate::editor::window::names::Named as _;
 use crate::editor::window::theme;
 
 /// The purpose of the browser.
@@ -153,7 +154,11 @@ impl Browser {
     fn path_line(&mut self, ui: &mut Ui) -> bool {
         ui.horizontal(|ui| {
             let up = self.folder.parent().map(Path::to_owned);
-            if ui.add_enabled(up.is_some(), Button::new("⬆")).on_hover_text("Parent folder").clicked()
+            if ui
+                .add_enabled(up.is_some(), Button::new("⬆"))
+                .named("parent folder")
+                .on_hover_text("Parent folder")
+                .clicked()
                 && let Some(up) = up
             {
                 self.enter(up);
@@ -163,8 +168,7 @@ impl Browser {
         });
         let hint = if self.purpose == Purpose::Folder { "this folder" } else { "name or path" };
         let edit = TextEdit::singleline(&mut self.text).hint_text(hint).desired_width(f32::INFINITY);
-        let response = ui.add(edit);
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "path"));
+        let response = ui.add(edit).named("path");
         if !std::mem::replace(&mut self.begun, true) {
             response.request_focus();
         }

@@ -12,6 +12,7 @@ use std::{fs, io::Write as _, path::Path};
 use egui::{Align, Context, Id, Label, Layout, RichText, ScrollArea, Sense, Ui, vec2};
 use orograph_graph::files::{self, Access, Part};
 
+use crate::editor::window::names::Named as _;
 use crate::editor::{
     FileCommand,
     window::{state, theme},
@@ -176,7 +177,7 @@ fn card(ui: &mut Ui, example: &Example, picture: Option<&egui::TextureHandle>) -
                 let image = egui::Image::from_texture((picture.id(), sized)).uv(centre).corner_radius(4.0);
                 ui.add(image.fit_to_exact_size(sized).sense(Sense::click()).alt_text(example.title))
             }
-            None => ui.allocate_response(sized, Sense::click()),
+            None => ui.allocate_response(sized, Sense::click()).named(format!("picture of {}", example.title)),
         };
         if response.hovered() {
             let stroke = egui::Stroke::new(2.0, ui.visuals().hyperlink_color);

@@ -8,6 +8,7 @@ use std::{
 use egui::{Button, Context, Id, RichText, ScrollArea, TextEdit, Ui, ViewportCommand};
 
 use super::system::{self, Ask};
+use crate::editor::window::names::Named as _;
 use crate::editor::{
     Session,
     session::{Answer, FileCommand, Lost, Question},
@@ -98,6 +99,7 @@ impl Questions {
         ui.heading("Save the graph as");
         ui.add_space(4.0);
         let typed = ui.add(TextEdit::singleline(&mut self.typed).desired_width(f32::INFINITY).hint_text("NAME.ron"));
+        let typed = typed.named("path");
         if new {
             typed.request_focus();
         }

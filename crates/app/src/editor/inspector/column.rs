@@ -12,6 +12,7 @@ use super::{
     gradient, number,
     value::{Place, ValueChange},
 };
+use crate::editor::window::names::Named as _;
 
 /// Height of the column.
 const TALL: f32 = 180.0;
@@ -31,12 +32,14 @@ pub(super) fn show(ui: &mut Ui, form: &mut FormState, place: Place<'_>, layers: 
     let mut change = None;
     for (at, layer) in layers.iter().enumerate().take(MOST_ROWS) {
         ui.horizontal(|ui| {
-            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Remove the layer").clicked() {
+            let remove = ui.add(Button::new("✖").small().frame(false)).named(format!("remove layer {}", at + 1));
+            if remove.on_hover_text("Remove the layer").clicked() {
                 let mut fewer = layers.to_vec();
                 fewer.remove(at);
                 change = set(fewer);
             }
             let add = ui.add_enabled(layers.len() < Layer::MOST, Button::new("+").small().frame(false));
+            let add = add.named(format!("add a layer below layer {}", at + 1));
             if add.on_hover_text("Add a layer like this one below it").clicked() {
                 let mut more = layers.to_vec();
                 more.insert(at + 1, *layer);
@@ -74,10 +77,11 @@ fn fields(
 ) -> Option<Result<(Layer, bool), String>> {
     let mut changed = None;
     let mut colour = layer.colour.0;
-    if ui.color_edit_button_srgb(&mut colour).changed() {
+    let what = format!("colour of layer {}", at + 1);
+    if ui.color_edit_button_srgb(&mut colour).named(&what).changed() {
         changed = Some(Ok((Layer { colour: Srgb(colour), ..*layer }, true)));
     }
-    if let Some(typed) = gradient::hex(ui, form, place, at, layer.colour) {
+    if let Some(typed) = gradient::hex(ui, form, place, (at, &what), layer.colour) {
         changed = Some(typed.map(|colour| (Layer { colour, ..*layer }, false)));
     }
     let width = ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 3.0).clamp(36.0, 90.0);
@@ -89,8 +93,17 @@ fn fields(
     for (name, unit, field) in columns {
         let mut now = *layer;
         let (text, salt) = (unit.display(*field(&mut now)), format!("{name}{at}"));
-        let hover = format!("{name} of layer {}. {}", at + 1, number::hint(unit));
-        let entry = TextField { salt: &salt, text: &text, hint: name, hover: &hover, width, label: Some(place.label) };
+        let whole = format!("{name} of layer {}", at + 1);
+        let hover = format!("{whole}. {}", number::hint(unit));
+        let entry = TextField {
+            salt: &salt,
+            text: &text,
+            hint: name,
+            hover: &hover,
+            width,
+            label: Some(place.label),
+            name: &whole,
+        };
         if let Some(text) = form.quantity(ui, place.line, unit, entry) {
             let parsed = unit.parse(&text).map_err(|error| error.to_string());
             changed = Some(parsed.map(|value| {

@@ -4,9 +4,10 @@ use egui::{Button, Key, Label, RichText, TextEdit, Ui};
 use orograph_graph::{Edit, Expectation, MeasureSpec, Unit};
 
 use super::{
-    form::{FormState, TextField, line},
+    form::{FormState, TextField, line, words},
     number,
 };
+use crate::editor::window::names::Named as _;
 use crate::{
     editor::Session,
     report::{expect::Figure, terminal::counted},
@@ -53,7 +54,9 @@ fn bounds(ui: &mut Ui, form: &mut FormState, session: &mut Session, one: &Expect
         let hover = format!("{}. Empty: no bound at this side", number::hint(unit));
         for (at, text) in one.typed().iter().enumerate() {
             let salt = ["lowest", "highest"][at];
-            let entry = TextField { salt, text, hint: "any", hover: &hover, width, label: Some(label.id) };
+            let whole = format!("{salt} {}", words(name));
+            let entry =
+                TextField { salt, text, hint: "any", hover: &hover, width, label: Some(label.id), name: &whole };
             if let Some(text) = form.quantity(ui, id, unit, entry) {
                 let mut both = vec![None, None];
                 both[at] = Some(text);
@@ -63,7 +66,8 @@ fn bounds(ui: &mut Ui, form: &mut FormState, session: &mut Session, one: &Expect
                 ui.label("to");
             }
         }
-        if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Expect nothing of this measure").clicked() {
+        let remove = ui.add(Button::new("✖").small().frame(false)).named(format!("remove {}", words(name)));
+        if remove.on_hover_text("Expect nothing of this measure").clicked() {
             values = Some(Vec::new());
         }
         if let Some(figure) = &figure {
@@ -122,6 +126,7 @@ fn add(ui: &mut Ui, form: &mut FormState, session: &mut Session, list: &[Expecta
         ui.set_min_width(280.0);
         let mut query: String = ui.data(|data| data.get_temp(id)).unwrap_or_default();
         let field = ui.add(TextEdit::singleline(&mut query).hint_text("Search measures").desired_width(f32::INFINITY));
+        let field = field.named("search measures");
         if !field.has_focus() && !field.lost_focus() {
             field.request_focus();
         }
@@ -172,8 +177,15 @@ fn part(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: Option<[f
                 let text = Unit::Metres.display(shown[at]);
                 let (salt, what) = PART[at];
                 let hover = format!("{what}. {}", number::hint(Unit::Metres));
-                let entry =
-                    TextField { salt, text: &text, hint: salt, hover: &hover, width: wide, label: Some(label.id) };
+                let entry = TextField {
+                    salt,
+                    text: &text,
+                    hint: salt,
+                    hover: &hover,
+                    width: wide,
+                    label: Some(label.id),
+                    name: &format!("part {salt}"),
+                };
                 if let Some(typed) = form.quantity(ui, id, Unit::Metres, entry) {
                     let mut all = shown.map(|metres| now.is_none().then(|| Unit::Metres.display(metres)));
                     all[at] = Some(typed);
@@ -181,7 +193,10 @@ fn part(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: Option<[f
                 }
             }
             let whole = Button::new("✖").small().frame(false);
-            if row == 2 && now.is_some() && ui.add(whole).on_hover_text("Measure the whole world").clicked() {
+            if row == 2
+                && now.is_some()
+                && ui.add(whole).named("remove part").on_hover_text("Measure the whole world").clicked()
+            {
                 values = Some(Vec::new());
             }
         });
@@ -200,10 +215,12 @@ fn cell(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: Option<f6
         let text = now.map_or_else(String::new, |cell| Unit::Metres.display(cell));
         let hover = number::hint(Unit::Metres);
         let hint = "of the world";
-        let entry = TextField { salt: "cell", text: &text, hint, hover: &hover, width: 100.0, label: Some(label.id) };
+        let entry =
+            TextField { salt: "cell", text: &text, hint, hover: &hover, width: 100.0, label: Some(label.id), name: "" };
         let typed = form.quantity(ui, id, Unit::Metres, entry);
         let remove = Button::new("✖").small().frame(false);
-        let is_removed = now.is_some() && ui.add(remove).on_hover_text("Measure the cells of the world").clicked();
+        let is_removed = now.is_some()
+            && ui.add(remove).named("remove measured cells").on_hover_text("Measure the cells of the world").clicked();
         if is_removed { Some(String::new()) } else { typed }
     });
     let about = "Heights are averaged to cells of this size before they are measured, so that figures do not depend on the cells \

@@ -1,9 +1,7 @@
 //! An eyedropper: takes the colour of a point of the window, such as one of the terrain in the viewport.
 
-use egui::{
-    Area, ColorImage, Context, CursorIcon, Event, Id, Key, Order, Pos2, Sense, Ui, UserData, ViewportCommand,
-    WidgetInfo, WidgetType,
-};
+use crate::editor::window::names::Named as _;
+use egui::{Area, ColorImage, Context, CursorIcon, Event, Id, Key, Order, Pos2, Sense, Ui, UserData, ViewportCommand};
 use orograph_graph::Srgb;
 
 /// Frames to wait for the picture of the window.
@@ -27,13 +25,12 @@ struct Eyedropper {
     pass: u64,
 }
 
-/// The button, of the colour field with this id. Returns a colour once it is taken; Escape cancels.
-pub(super) fn button(ui: &mut Ui, field: Id) -> Option<Srgb> {
+/// The button, of the colour field with this id and this name. Returns a colour once it is taken; Escape cancels.
+pub(super) fn button(ui: &mut Ui, field: Id, what: &str) -> Option<Srgb> {
     let (id, pass) = (Id::new("eyedropper"), ui.ctx().cumulative_pass_nr());
     let response = ui.add(egui::Button::new("💧").small().frame(false));
-    let name = "Take a colour from the window: click a point of it";
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, name));
-    if response.on_hover_text(name).clicked() {
+    let response = response.named(format!("Take a colour from the window as {what}"));
+    if response.on_hover_text("Take a colour from the window: click a point of it").clicked() {
         ui.data_mut(|data| data.insert_temp(id, Eyedropper { field, stage: Stage::Aiming, pass }));
         return None;
     }

@@ -10,7 +10,7 @@ use super::{
     target::Target,
     value::thrown,
 };
-use crate::editor::Session;
+use crate::editor::{Session, window::names::Named as _};
 
 /// Shows the settings of the file.
 pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
@@ -44,9 +44,9 @@ fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let (typed, _) = line(ui, "cells", false, |ui, label| {
         let text = now.cells[axis].to_string();
         let hover = "Cells along the longer side; the other side follows because cells are square";
-        let entry = TextField { salt: "n", text: &text, hint: "", hover, width: 70.0, label: Some(label.id) };
+        let entry = TextField { salt: "n", text: &text, hint: "", hover, width: 70.0, label: Some(label.id), name: "" };
         let mut typed = form.quantity(ui, cells, Unit::Count, entry);
-        ui.menu_button("⏷", |ui| {
+        let usual = ui.menu_button("⏷", |ui| {
             for choice in [256, 512, 1024, 2048, 4096, 8192] {
                 if ui.button(choice.to_string()).clicked() {
                     typed = Some(choice.to_string());
@@ -54,6 +54,7 @@ fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
                 }
             }
         });
+        let _ = usual.response.named("usual numbers of cells");
         let cell = Unit::Metres.display((now.cell_m() * 1e3).round() / 1e3);
         let tooltip = format!("{} x {} cells, cell size {cell}", now.cells[0], now.cells[1]);
         ui.add(Label::new(RichText::new(format!("cell size {cell}")).weak()).truncate()).on_hover_text(tooltip);
@@ -71,9 +72,10 @@ fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let seed = ui.make_persistent_id("seed");
     let (typed, label) = line(ui, "seed", false, |ui, label| {
         let text = now.seed.to_string();
-        let entry = TextField { salt: "n", text: &text, hint: "", hover: "", width: 70.0, label: Some(label.id) };
+        let entry =
+            TextField { salt: "n", text: &text, hint: "", hover: "", width: 70.0, label: Some(label.id), name: "" };
         let typed = form.quantity(ui, seed, Unit::Count, entry);
-        let dice = ui.button("🎲").on_hover_text("New random seed");
+        let dice = ui.button("🎲").named("randomise seed").on_hover_text("New random seed");
         if dice.clicked() { Some(thrown(now.seed).to_string()) } else { typed }
     });
     label.on_hover_text("All random numbers in the graph depend on it");
@@ -94,11 +96,19 @@ fn sea_level(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: Worl
     let (typed, label) = line(ui, "sea level", false, |ui, label| {
         let text = now.sea_level.map_or_else(String::new, |level| Unit::Metres.display(level));
         let hover = number::hint(Unit::Metres);
-        let entry =
-            TextField { salt: "level", text: &text, hint: "none", hover: &hover, width: 90.0, label: Some(label.id) };
+        let entry = TextField {
+            salt: "level",
+            text: &text,
+            hint: "none",
+            hover: &hover,
+            width: 90.0,
+            label: Some(label.id),
+            name: "",
+        };
         let typed = form.quantity(ui, id, Unit::Metres, entry);
         let remove = Button::new("✖").small().frame(false);
-        let removed = now.sea_level.is_some() && ui.add(remove).on_hover_text("No sea").clicked();
+        let removed =
+            now.sea_level.is_some() && ui.add(remove).named("remove sea level").on_hover_text("No sea").clicked();
         if removed { Some(String::new()) } else { typed }
     });
     label.on_hover_text("Terrain below this elevation is under water; leave empty for a world without a sea");
@@ -125,7 +135,9 @@ fn size(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: World) {
         for axis in 0..2 {
             let text = Unit::Metres.display(now.size[axis]);
             let salt = ["width", "height"][axis];
-            let entry = TextField { salt, text: &text, hint: salt, hover: &hover, width, label: Some(label.id) };
+            let label = Some(label.id);
+            let name = ["width of the world", "height of the world"][axis];
+            let entry = TextField { salt, text: &text, hint: salt, hover: &hover, width, label, name };
             if let Some(text) = form.quantity(ui, id, Unit::Metres, entry) {
                 typed = Some((axis, text));
             }
@@ -133,7 +145,12 @@ fn size(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: World) {
                 ui.label("x");
             }
         }
-        if ui.selectable_label(keep, "🔒").on_hover_text("Keep the aspect ratio").clicked() {
+        if ui
+            .selectable_label(keep, "🔒")
+            .named("keep the aspect ratio")
+            .on_hover_text("Keep the aspect ratio")
+            .clicked()
+        {
             keep = !keep;
             ui.data_mut(|data| data.insert_temp(locked, keep));
         }
@@ -277,11 +294,13 @@ fn outputs(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
                 hover: "File name of the output",
                 width,
                 label: None,
+                name: &format!("name of output {name}"),
             };
             if let Some(to) = form.entry(ui, id, entry) {
                 edit = Some((id, Edit::RenameOutput { from: name.clone(), to }));
             }
-            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Remove the output").clicked() {
+            let remove = ui.add(Button::new("✖").small().frame(false)).named(format!("remove output {name}"));
+            if remove.on_hover_text("Remove the output").clicked() {
                 edit = Some((id, Edit::RemoveOutput { name: name.clone() }));
             }
             if ui.link(format!("⬅ {port}")).on_hover_text(ty).clicked() {
@@ -395,18 +414,26 @@ fn names(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str, p
             }
         }
         let config = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
-        MenuButton::from_button(Button::new(RichText::new("rename…").small()).frame(false)).config(config).ui(
-            ui,
-            |ui| {
-                let entry = TextField { salt: "name", text: name, hint: "name", hover: "", width: 140.0, label: None };
-                if let Some(to) = form.entry(ui, id, entry) {
-                    form.judge(id, session.attempt(&Edit::RenameNamed { from: name.to_owned(), to }));
-                    ui.close();
-                }
-                form.reason(ui, id);
-            },
-        );
-        if ui.add(Button::new(RichText::new("✖").small()).frame(false)).on_hover_text("Stop exposing it").clicked() {
+        let rename = MenuButton::from_button(Button::new(RichText::new("rename…").small()).frame(false));
+        let (button, _) = rename.config(config).ui(ui, |ui| {
+            let entry = TextField {
+                salt: "name",
+                text: name,
+                hint: "name",
+                hover: "",
+                width: 140.0,
+                label: None,
+                name: "new name",
+            };
+            if let Some(to) = form.entry(ui, id, entry) {
+                form.judge(id, session.attempt(&Edit::RenameNamed { from: name.to_owned(), to }));
+                ui.close();
+            }
+            form.reason(ui, id);
+        });
+        let _ = button.named(format!("rename {name}"));
+        let stop = ui.add(Button::new(RichText::new("✖").small()).frame(false)).named(format!("stop exposing {name}"));
+        if stop.on_hover_text("Stop exposing it").clicked() {
             form.judge(id, session.attempt(&Edit::Conceal { name: name.to_owned() }));
         }
     });

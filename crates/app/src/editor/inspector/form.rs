@@ -9,7 +9,7 @@ use egui::{
 
 use orograph_graph::Unit;
 
-use crate::editor::{Session, arithmetic::calculated};
+use crate::editor::{Session, arithmetic::calculated, window::names::Named as _};
 pub(super) use crate::report::reading::words;
 
 /// The text being typed, the drag and the refusal in the inspector.
@@ -113,6 +113,7 @@ impl FormState {
             Some(label) => response.labelled_by(label),
             None => response,
         };
+        let response = if field.name.is_empty() { response } else { response.named(field.name) };
         if response.gained_focus() {
             select_all(ui, id, &text);
         }
@@ -158,6 +159,8 @@ pub(super) struct TextField<'a> {
     pub(super) width: f32,
     /// The label that names it.
     pub(super) label: Option<Id>,
+    /// Its own name for screen readers; empty if the label is enough.
+    pub(super) name: &'a str,
 }
 
 /// The margins of a field on both sides, in points.

@@ -1,6 +1,6 @@
 //! A colour gradient: a bar with a handle for each stop, which you drag; a click on its field opens the colour picker.
 
-use egui::{Color32, CornerRadius, Id, Mesh, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
+use egui::{Color32, CornerRadius, Mesh, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 use orograph_graph::{ParamValue, Srgb, Stop, Unit};
 
 use super::{
@@ -9,6 +9,7 @@ use super::{
     number,
     value::{Place, ValueChange},
 };
+use crate::editor::window::names::Named as _;
 
 /// Height of the bar, and of the handles below it.
 const BAR: f32 = 20.0;
@@ -22,24 +23,33 @@ pub(super) fn show(
     unit: Unit,
     stops: &[Stop],
 ) -> Option<ValueChange> {
-    let mut asked = bar(ui, place.line, stops);
+    let mut asked = bar(ui, place, stops);
     let mut changed = stops.to_vec();
     for (at, stop) in stops.iter().enumerate() {
         ui.horizontal(|ui| {
             let remove = ui.add_enabled(stops.len() > 1, egui::Button::new("✖").small().frame(false));
+            let what = format!("colour {}", at + 1);
+            let remove = remove.named(format!("remove {what}"));
             if remove.on_hover_text("Remove the colour").clicked() {
                 changed.remove(at);
                 asked = Some(ValueChange::Set(ParamValue::Stops(changed.clone())));
             }
             let mut colour = stop.colour.0;
-            if ui.color_edit_button_srgb(&mut colour).changed() {
+            if ui.color_edit_button_srgb(&mut colour).named(&what).changed() {
                 changed[at].colour = Srgb(colour);
                 asked = Some(ValueChange::Drag(ParamValue::Stops(changed.clone())));
             }
             let (text, hover) = (unit.display(stop.at), number::hint(unit));
-            let salt = format!("at{at}");
-            let entry =
-                TextField { salt: &salt, text: &text, hint: "", hover: &hover, width: 84.0, label: Some(place.label) };
+            let (salt, name) = (format!("at{at}"), format!("position of {what}"));
+            let entry = TextField {
+                salt: &salt,
+                text: &text,
+                hint: "",
+                hover: &hover,
+                width: 84.0,
+                label: Some(place.label),
+                name: &name,
+            };
             if let Some(text) = form.quantity(ui, place.line, unit, entry) {
                 asked = Some(match unit.parse(&text) {
                     Ok(value) => {
@@ -50,7 +60,7 @@ pub(super) fn show(
                     Err(error) => ValueChange::Wrong(error.to_string()),
                 });
             }
-            if let Some(typed) = hex(ui, form, place, at, stop.colour) {
+            if let Some(typed) = hex(ui, form, place, (at, &what), stop.colour) {
                 asked = Some(match typed {
                     Ok(colour) => {
                         changed[at].colour = colour;
@@ -64,19 +74,21 @@ pub(super) fn show(
     asked
 }
 
-/// A field for a colour as six hexadecimal digits, with an eyedropper; returns the new colour, or why the text is none.
+/// A field for a colour, with its number and name, as six hexadecimal digits, with an eyedropper; returns the new colour, or why the text is none.
 pub(super) fn hex(
     ui: &mut Ui,
     form: &mut FormState,
     place: Place<'_>,
-    at: usize,
+    (at, what): (usize, &str),
     now: Srgb,
 ) -> Option<Result<Srgb, String>> {
     let (text, salt) = (now.to_string(), format!("colour{at}"));
+    let name = format!("{what} in hexadecimal digits");
     let hover = "The colour as six hexadecimal digits: red, green, blue";
-    let entry = TextField { salt: &salt, text: &text, hint: "", hover, width: 64.0, label: Some(place.label) };
+    let entry =
+        TextField { salt: &salt, text: &text, hint: "", hover, width: 64.0, label: Some(place.label), name: &name };
     let typed = form.entry(ui, place.line, entry);
-    if let Some(taken) = eyedropper::button(ui, place.line.with(&salt)) {
+    if let Some(taken) = eyedropper::button(ui, place.line.with(&salt), what) {
         return Some(Ok(taken));
     }
     let typed = typed?;
@@ -85,13 +97,14 @@ pub(super) fn hex(
 }
 
 /// The bar with its handles; returns the change that was made.
-fn bar(ui: &mut Ui, line: Id, stops: &[Stop]) -> Option<ValueChange> {
-    let id = line.with("bar");
+fn bar(ui: &mut Ui, place: Place<'_>, stops: &[Stop]) -> Option<ValueChange> {
+    let id = place.line.with("bar");
     let (first, last) = (stops.first()?.at, stops.last()?.at);
     let margin = if last > first { 0.0 } else { first.abs().max(1.0) };
     let held: Option<(usize, [f64; 2])> = ui.data(|data| data.get_temp(id));
     let [low, high] = held.map_or([first - margin, last + margin], |(_, range)| range);
     let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), BAR + HANDLE), Sense::click_and_drag());
+    let response = response.named(format!("gradient of {}", place.name));
     let rect = Rect::from_min_size(response.rect.min + vec2(5.0, 0.0), vec2(response.rect.width() - 10.0, BAR));
     let x = |value: f64| rect.left() + rect.width() * ((value - low) / (high - low)) as f32;
     let value = |at: Pos2| low + f64::from((at.x - rect.left()) / rect.width()) * (high - low);

@@ -11,6 +11,7 @@ use super::{
     target::Target,
     value::{self, Place},
 };
+use crate::editor::window::names::Named as _;
 use crate::{
     editor::{NodeState, Session},
     report::progress::seconds,
@@ -146,7 +147,7 @@ fn backend(ui: &mut Ui, session: &mut Session, name: &str) {
             ui.selectable_value(&mut chosen, backend, told(backend));
         }
     });
-    shown.response.on_hover_text(
+    shown.response.named("where it is computed").on_hover_text(
         "Where it is computed: auto uses a graphics card if there is one, GPU also a driver in software. \
          The choice is not saved in the file",
     );
@@ -164,6 +165,7 @@ fn rename(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str, 
         hover: "The node's name; wires are updated",
         width,
         label: None,
+        name: "name of the node",
     };
     let typed = ui
         .scope(|ui| {
@@ -297,7 +299,8 @@ fn input(ui: &mut Ui, form: &mut FormState, session: &mut Session, node: &str, w
                 action =
                     Some(RowAction::Jump(source.split_once('.').map_or(source.as_str(), |(node, _)| node).to_owned()));
             }
-            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Disconnect").clicked() {
+            let cut = ui.add(Button::new("✖").small().frame(false)).named(format!("disconnect {}", words(input.name)));
+            if cut.on_hover_text("Disconnect").clicked() {
                 action = Some(RowAction::Reset);
             }
         }
@@ -320,6 +323,7 @@ fn input(ui: &mut Ui, form: &mut FormState, session: &mut Session, node: &str, w
 fn wires(ui: &mut Ui, session: &Session, target: &Target, action: &mut Option<RowAction>) {
     ui.menu_button("wire…", |ui| wire_list(ui, session, target, action))
         .response
+        .named(format!("wire into {}", words(target.label())))
         .on_hover_text("Choose a compatible output");
 }
 
@@ -398,10 +402,11 @@ fn fields(
     let world = session.document().world();
     let folder = session.document().folder().to_owned();
     let named = named_as(session, target);
+    let name = words(target.label());
     let tall = value::is_tall(&spec.kind);
     let (mut asked, mut action) = (None, None);
     let (label_id, label) = line(ui, target.label(), changed, |ui, label| {
-        let place = Place { line: id, label: label.id, world, folder: &folder };
+        let place = Place { line: id, label: label.id, name: &name, world, folder: &folder };
         let size = egui::vec2((ui.available_width() - BUTTONS).max(20.0), ui.spacing().interact_size.y);
         let room = ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
             ui.set_min_width(size.x);
@@ -416,6 +421,7 @@ fn fields(
         ui.spacing_mut().button_padding.x = 1.0;
         if changed {
             let back = ui.add_sized([18.0, size.y], Button::new("⟲").frame(false));
+            let back = back.named(format!("reset {}", words(target.label())));
             let default = in_words(spec, &spec.kind.default_value());
             if back.on_hover_text(format!("Back to {default}")).clicked() {
                 action = Some(RowAction::Reset);
@@ -425,7 +431,8 @@ fn fields(
         }
         let more =
             MenuButton::from_button(Button::new("…").frame_when_inactive(false).min_size(egui::vec2(18.0, size.y)));
-        more.ui(ui, |ui| menu(ui, session, target, changed, named.as_deref(), &mut action));
+        let more = more.ui(ui, |ui| menu(ui, session, target, changed, named.as_deref(), &mut action)).0;
+        let _ = more.named(format!("menu of {}", words(target.label())));
         label.id
     });
     label.context_menu(|ui| menu(ui, session, target, changed, named.as_deref(), &mut action));
@@ -436,7 +443,7 @@ fn fields(
         }
     });
     if tall {
-        let place = Place { line: id, label: label_id, world, folder: &folder };
+        let place = Place { line: id, label: label_id, name: &name, world, folder: &folder };
         asked = ui.push_id(id, |ui| value::show(ui, form, place, spec, value)).inner;
     }
     if let Some(name) = &named
@@ -569,11 +576,13 @@ fn outputs(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str,
         let short = port.strip_prefix(name).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&port).to_owned();
         let pinned = session.pinned() == Some(port.as_str());
         let (_, label) = line(ui, &short, written.is_some(), |ui, _| {
-            if ui.selectable_label(pinned, "👁").on_hover_text("Pin to viewport").clicked() {
+            let pin = ui.selectable_label(pinned, "👁").named(format!("pin {}", words(&short)));
+            if pin.on_hover_text("Pin to viewport").clicked() {
                 session.pin((!pinned).then(|| port.clone()));
             }
             let mut on = written.is_some();
             let check = ui.add_enabled(writable, egui::Checkbox::new(&mut on, "output"));
+            let check = check.named(format!("output {}", words(&short)));
             if check.on_hover_text("Write this output to a file on export").changed() {
                 let id = ui.id().with(&port);
                 let edit = match &written {

@@ -89,7 +89,8 @@ pub(super) fn show(
         asked = slider(ui, place, scale, now, room - width - gap).map(|number| ValueChange::Drag(value(number)));
     }
     let hover = hint(unit);
-    let entry = TextField { salt: "number", text: &text, hint: "", hover: &hover, width, label: Some(place.label) };
+    let entry =
+        TextField { salt: "number", text: &text, hint: "", hover: &hover, width, label: Some(place.label), name: "" };
     form.quantity(ui, place.line, unit, entry).map(ValueChange::Text).or(asked)
 }
 

@@ -1,6 +1,6 @@
 //! Points in a plane that can be dragged, added and removed: curves, and paths in the world.
 
-use egui::{Align2, Color32, FontId, Id, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, emath::RectTransform, pos2, vec2};
+use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, emath::RectTransform, pos2, vec2};
 use orograph_graph::{ParamValue, Unit};
 use orograph_nodes::combine::curve::slopes;
 
@@ -9,6 +9,7 @@ use super::{
     number,
     value::{Place, ValueChange, point},
 };
+use crate::editor::window::names::Named as _;
 
 /// The line through the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +57,7 @@ pub(super) fn curve(
     points: &[[f64; 2]],
 ) -> Option<ValueChange> {
     let pad = Pad { bounds: around(points), way, unit, height: 150.0 };
-    let asked = pad.show(ui, place.line, points);
+    let asked = pad.show(ui, place, points);
     let asked = asked.or_else(|| table(ui, form, place, unit, points, 2));
     asked.map(|asked| asked.map_or_else(ValueChange::Wrong, |(points, drag)| made(ParamValue::Curve(points), drag)))
 }
@@ -80,7 +81,7 @@ pub(super) fn world(ui: &mut Ui, place: Place<'_>, unit: Unit, points: &[[f64; 2
     let ratio = (size[1] / size[0]) as f32;
     let height = (ui.available_width() * ratio).clamp(60.0, 260.0);
     let pad = Pad { bounds: [[0.0, 0.0], size], way: Way::Straight, unit, height };
-    pad.show(ui, place.line, points)
+    pad.show(ui, place, points)
 }
 
 const fn made(value: ParamValue, drag: bool) -> ValueChange {
@@ -127,8 +128,8 @@ impl Pad {
         self.way != Way::Straight
     }
 
-    fn show(&self, ui: &mut Ui, line: Id, points: &[[f64; 2]]) -> Option<Moved> {
-        let id = line.with("pad");
+    fn show(&self, ui: &mut Ui, place: Place<'_>, points: &[[f64; 2]]) -> Option<Moved> {
+        let id = place.line.with("pad");
         let held: Option<Held> = ui.data(|data| data.get_temp(id));
         let bounds = held.map_or(self.bounds, |held| held.bounds);
         let mut size = vec2(ui.available_width(), self.height);
@@ -138,6 +139,8 @@ impl Pad {
             size.x = size.x.min(self.height * ratio);
         }
         let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
+        let what = if self.is_curve() { "curve" } else { "map" };
+        let response = response.named(format!("{what} of {}", place.name));
         let rect = response.rect;
         let map = self.transform(bounds, rect);
         let places: Vec<Pos2> = points.iter().map(|point| map.forth(*point)).collect();
@@ -316,12 +319,13 @@ fn table(
         for (at, now) in points.iter().enumerate() {
             ui.horizontal(|ui| {
                 let remove = ui.add_enabled(points.len() > fewest, egui::Button::new("✖").small().frame(false));
+                let remove = remove.named(format!("remove point {}", at + 1));
                 if remove.on_hover_text("Remove the point").clicked() {
                     let mut changed = points.to_vec();
                     changed.remove(at);
                     moved = Some(Ok((changed, false)));
                 }
-                if let Some(typed) = point(ui, form, place, unit, *now, &at.to_string()) {
+                if let Some(typed) = point(ui, form, place, unit, *now, Some(at)) {
                     moved = Some(typed.map(|point| {
                         let mut changed = points.to_vec();
                         changed[at] = point;

@@ -7,7 +7,7 @@ use super::{
     form::{FormState, TextField, line},
     number,
 };
-use crate::editor::Session;
+use crate::editor::{Session, window::names::Named as _};
 
 /// Shows the place; an empty field is a world that is nowhere on Earth.
 pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: World) {
@@ -15,10 +15,12 @@ pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session, now
     let (typed, label) = line(ui, "EPSG code", false, |ui, label| {
         let text = now.place.map_or_else(String::new, |place| place.epsg.to_string());
         let hover = "Code of a projected coordinate system in metres, such as 32611 for UTM zone 11 north";
-        let entry = TextField { salt: "code", text: &text, hint: "none", hover, width: 90.0, label: Some(label.id) };
+        let entry =
+            TextField { salt: "code", text: &text, hint: "none", hover, width: 90.0, label: Some(label.id), name: "" };
         let typed = form.quantity(ui, id, Unit::Count, entry);
         let remove = Button::new("✖").small().frame(false);
-        let removed = now.place.is_some() && ui.add(remove).on_hover_text("Nowhere on Earth").clicked();
+        let removed =
+            now.place.is_some() && ui.add(remove).named("remove EPSG code").on_hover_text("Nowhere on Earth").clicked();
         if removed { Some(String::new()) } else { typed }
     });
     label
@@ -47,7 +49,7 @@ pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session, now
                 ui,
                 id,
                 Unit::Metres,
-                TextField { salt: "m", text: &text, hint: "", hover: &hover, width: 110.0, label },
+                TextField { salt: "m", text: &text, hint: "", hover: &hover, width: 110.0, label, name: "" },
             )
         });
         label.on_hover_text("Of the north-west corner of the world");

@@ -13,6 +13,7 @@ use super::{
     form::{FormState, TextField, words},
     gradient, number, pad, waypoints,
 };
+use crate::editor::window::names::Named as _;
 use crate::{
     editor::dialogs::system::{self, Ask},
     report::terminal::counted,
@@ -38,6 +39,8 @@ pub(super) struct Place<'a> {
     pub(super) line: Id,
     /// Its label.
     pub(super) label: Id,
+    /// The text of the label.
+    pub(super) name: &'a str,
     /// The world, in which positions lie.
     pub(super) world: World,
     /// The folder that files are relative to.
@@ -79,7 +82,7 @@ pub(super) fn show(
         (Kind::Choice { options, .. }, ParamValue::Choice(now)) => choice(ui, form, place, options, now),
         (Kind::Seed { .. }, ParamValue::Seed(now)) => seed(ui, form, place, *now),
         (Kind::Point { .. }, ParamValue::Point(now)) => {
-            let typed = point(ui, form, place, spec.unit, *now, "")?;
+            let typed = point(ui, form, place, spec.unit, *now, None)?;
             Some(typed.map_or_else(ValueChange::Wrong, |point| ValueChange::Set(ParamValue::Point(point))))
         }
         (Kind::Curve { steps, .. }, ParamValue::Curve(points)) => {
@@ -94,6 +97,7 @@ pub(super) fn show(
         (Kind::Strokes { .. }, ParamValue::Strokes(strokes)) => {
             ui.label(counted(strokes.len(), "stroke"));
             let clear = ui.add_enabled(!strokes.is_empty(), Button::new("Clear"));
+            let clear = clear.named(format!("Clear {}", place.name));
             clear.clicked().then_some(ValueChange::Set(ParamValue::Strokes(Vec::new())))
         }
         _ => None,
@@ -126,9 +130,10 @@ fn choice(
 fn seed(ui: &mut Ui, form: &mut FormState, place: Place<'_>, now: u32) -> Option<ValueChange> {
     let text = now.to_string();
     let width = (ui.available_width() - 34.0).max(40.0);
-    let entry = TextField { salt: "seed", text: &text, hint: "", hover: "Integer", width, label: Some(place.label) };
+    let entry =
+        TextField { salt: "seed", text: &text, hint: "", hover: "Integer", width, label: Some(place.label), name: "" };
     let typed = form.quantity(ui, place.line, Unit::Count, entry).map(ValueChange::Text);
-    let dice = ui.button("🎲").on_hover_text("Randomise seed");
+    let dice = ui.button("🎲").named(format!("randomise {}", place.name)).on_hover_text("Randomise seed");
     if dice.clicked() { Some(ValueChange::Set(ParamValue::Seed(thrown(now)))) } else { typed }
 }
 
@@ -138,28 +143,35 @@ pub(super) fn thrown(now: u32) -> u32 {
     if seed == now { seed + 1 } else { seed }
 }
 
-/// Two fields for the coordinates of a point; returns the new point, or why the input is invalid.
+/// Two fields for the coordinates of a point, which has a number among others; returns the new point, or why the input
+/// is invalid.
 pub(super) fn point(
     ui: &mut Ui,
     form: &mut FormState,
     place: Place<'_>,
     unit: Unit,
     now: [f64; 2],
-    salt: &str,
+    number: Option<usize>,
 ) -> Option<Result<[f64; 2], String>> {
     let width = ((ui.available_width() - ui.spacing().item_spacing.x) / 2.0).clamp(36.0, 110.0);
     let mut typed = None;
     for axis in 0..2 {
         let text = unit.display(now[axis]);
-        let salt = format!("{salt}{}", ["x", "y"][axis]);
+        let axis_name = ["x", "y"][axis];
+        let salt = number.map_or_else(|| axis_name.to_owned(), |number| format!("{number}{axis_name}"));
+        let name = match number {
+            Some(number) => format!("{axis_name} of point {}", number + 1),
+            None => format!("{axis_name} of {}", place.name),
+        };
         let hover = number::hint(unit);
         let entry = TextField {
             salt: &salt,
             text: &text,
-            hint: ["x", "y"][axis],
+            hint: axis_name,
             hover: &hover,
             width,
             label: Some(place.label),
+            name: &name,
         };
         if let Some(text) = form.quantity(ui, place.line, unit, entry) {
             typed = Some(unit.parse(&text).map_err(|error| error.to_string()).map(|part| {
@@ -175,7 +187,8 @@ pub(super) fn point(
 fn file(ui: &mut Ui, form: &mut FormState, place: Place<'_>, name: &str) -> Option<ValueChange> {
     let width = (ui.available_width() - 62.0).max(40.0);
     let hover = "Relative to the folder of the graph file";
-    let entry = TextField { salt: "file", text: name, hint: "no file", hover, width, label: Some(place.label) };
+    let entry =
+        TextField { salt: "file", text: name, hint: "no file", hover, width, label: Some(place.label), name: "" };
     let mut asked = form.entry(ui, place.line, entry).map(|text| ValueChange::Set(ParamValue::File(text)));
     ui.menu_button("⏷", |ui| {
         let near = files_near(place.folder);
@@ -190,8 +203,10 @@ fn file(ui: &mut Ui, form: &mut FormState, place: Place<'_>, name: &str) -> Opti
         }
     })
     .response
+    .named(format!("list of files for {}", place.name))
     .on_hover_text("Files in the graph's folder");
-    if ui.button("📂").on_hover_text("Choose a file").clicked() {
+    let browse = ui.button("📂").named(format!("browse for {}", place.name));
+    if browse.on_hover_text("Choose a file").clicked() {
         system::ask(ui.ctx(), place.line, Ask::File, place.folder);
     }
     if let Some(path) = system::answer(ui.ctx(), place.line) {

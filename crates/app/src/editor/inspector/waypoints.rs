@@ -9,6 +9,7 @@ use super::{
     value::{Place, ValueChange, point},
 };
 use crate::editor::arithmetic::calculated;
+use crate::editor::window::names::Named as _;
 
 /// Height of the table in points of the screen.
 const TABLE: f32 = 240.0;
@@ -86,6 +87,7 @@ fn row(
     let mut changed = None;
     ui.horizontal(|ui| {
         let remove = ui.add_enabled(points.len() > 2, egui::Button::new("✖").small().frame(false));
+        let remove = remove.named(format!("remove point {}", at + 1));
         if remove.on_hover_text("Remove the point").clicked() {
             let mut fewer = points.to_vec();
             fewer.remove(at);
@@ -94,16 +96,23 @@ fn row(
         let room = ui.available_width();
         ui.scope(|ui| {
             ui.set_max_width(0.52 * room);
-            if let Some(typed) = point(ui, form, place, unit, now.at, &at.to_string()) {
+            if let Some(typed) = point(ui, form, place, unit, now.at, Some(at)) {
                 changed = Some(typed.map(|at| with(Waypoint { at, ..now })));
             }
         });
         let width = ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 2.0).clamp(30.0, 80.0);
         for (name, value) in [("height", now.height), ("width", now.width)] {
             let text = value.map_or_else(String::new, |value| Unit::Metres.display(value));
-            let salt = format!("{at}{name}");
-            let entry =
-                TextField { salt: &salt, text: &text, hint: name, hover: name, width, label: Some(place.label) };
+            let (salt, whole) = (format!("{at}{name}"), format!("{name} of point {}", at + 1));
+            let entry = TextField {
+                salt: &salt,
+                text: &text,
+                hint: name,
+                hover: name,
+                width,
+                label: Some(place.label),
+                name: &whole,
+            };
             let Some(typed) = form.entry(ui, place.line, entry) else { continue };
             let number = match typed.as_str() {
                 "" => Ok(None),

@@ -7,7 +7,7 @@ use egui::Key;
 use orograph_graph::{Edit, Kind, ParamValue, PortType, Stroke, Tool, Unit};
 
 use super::{insert, look::Over, map::Pointer};
-use crate::editor::{Session, arithmetic::calculated};
+use crate::editor::{Session, arithmetic::calculated, window::names::Named as _};
 
 /// The name of a tool, and its tooltip.
 const fn describe(tool: Tool, timed: bool) -> (&'static str, &'static str) {
@@ -168,13 +168,14 @@ impl Brush {
             let value = egui::DragValue::new(&mut radius).range(least..=most).speed(speed);
             if ui
                 .add(typed(value, Unit::Metres).custom_formatter(|metres, _| Unit::Metres.display(metres)))
+                .named("radius of the brush")
                 .on_hover_text("Shortcuts: [ and ]")
                 .changed()
             {
                 self.radius = Some(radius);
             }
             ui.label("Strength");
-            match self.tool.unit() {
+            let strength = match self.tool.unit() {
                 Unit::Metres => {
                     let mut metres = self.metres(session);
                     let value = egui::DragValue::new(&mut metres).range(0.0..=10_000.0).speed(1.0).suffix(" m");
@@ -190,9 +191,11 @@ impl Brush {
                 }
                 _ => ui.add(typed(egui::DragValue::new(&mut self.part).range(0.0..=1.0).speed(0.01), Unit::One)),
             };
+            let _ = strength.named("strength of the brush");
             ui.label("Hardness");
-            ui.add(typed(egui::DragValue::new(&mut self.hardness).range(0.0..=1.0).speed(0.01), Unit::One));
-            if ui.button("Clear").on_hover_text("Remove all strokes").clicked() {
+            let hardness = egui::DragValue::new(&mut self.hardness).range(0.0..=1.0).speed(0.01);
+            let _ = ui.add(typed(hardness, Unit::One)).named("hardness of the brush");
+            if ui.button("Clear").named("Clear strokes").on_hover_text("Remove all strokes").clicked() {
                 session.apply(&Edit::Reset { node: canvas.node, name: canvas.param.to_owned() });
             }
         });

@@ -19,6 +19,7 @@ use super::{
     split::Split,
     surface::{Colour, Key, Surface},
 };
+use crate::editor::window::names::Named as _;
 use crate::{
     editor::session::View,
     export::picture,
@@ -253,6 +254,7 @@ impl Landscape {
         over: Over<'_>,
     ) -> Pointer {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
+        let response = response.named("view of the terrain");
         let pane = response.rect;
         let scale = ui.ctx().pixels_per_point();
         let size = [pane.width(), pane.height()].map(|points| (points * scale).round().max(1.0) as u32);

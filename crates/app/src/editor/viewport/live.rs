@@ -3,7 +3,7 @@
 use egui::Ui;
 use orograph_graph::Unit;
 
-use crate::editor::Session;
+use crate::editor::{Session, window::names::Named as _};
 
 /// The tool bar, with its settings.
 #[derive(Debug)]
@@ -51,7 +51,8 @@ impl Bar {
             if step.on_hover_text("Advance by this many steps").clicked() {
                 session.step_simulation(self.steps);
             }
-            ui.add(egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps"));
+            let steps = egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps");
+            let _ = ui.add(steps).named("number of steps");
             if ui.add_enabled(begun, egui::Button::new("Restart")).on_hover_text("Restart from the beginning").clicked() {
                 session.restart_simulation();
             }

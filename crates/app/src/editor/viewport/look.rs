@@ -2,6 +2,7 @@
 
 use orograph_graph::{PortType, Unit};
 
+use crate::editor::window::names::Named as _;
 use crate::{
     editor::{Session, window::actions::Action},
     view::{Background, Camera, Colouring, Contours, Scene, Sun, Terrain},
@@ -137,7 +138,7 @@ impl Look {
                 Over::Clay => "clay",
                 Over::Output(port) => port,
             };
-            choice(ui, name.to_owned(), |ui| {
+            choice(ui, "Colours", name.to_owned(), |ui| {
                 ui.selectable_value(&mut self.over, Over::Natural, "by slope and height");
                 ui.selectable_value(&mut self.over, Over::Map, "map");
                 ui.selectable_value(&mut self.over, Over::Clay, "clay");
@@ -153,7 +154,7 @@ impl Look {
                 Water::None => "none",
                 Water::Output(port) => port,
             };
-            choice(ui, name.to_owned(), |ui| {
+            choice(ui, "Water", name.to_owned(), |ui| {
                 ui.selectable_value(&mut self.water, Water::Own, "From the shown node");
                 ui.selectable_value(&mut self.water, Water::None, "none");
                 let depths = super::ports(session).into_iter().filter(|(_, ty)| *ty == PortType::Scalar(Unit::Metres));
@@ -168,29 +169,33 @@ impl Look {
             ui.weak(level.map_or_else(|| "none".to_owned(), |level| Unit::Metres.display(level)));
             ui.end_row();
             ui.label("Vertical exaggeration");
-            ui.add(egui::Slider::new(&mut self.exaggeration, 0.25..=10.0).logarithmic(true).max_decimals(2));
+            let _ = ui
+                .add(egui::Slider::new(&mut self.exaggeration, 0.25..=10.0).logarithmic(true).max_decimals(2))
+                .named("Vertical exaggeration");
             ui.end_row();
             ui.label("Time of day");
             let hour = |value: f64, _| format!("{:02}:{:02}", value as u32, (value.fract() * 60.0) as u32);
-            ui.add(egui::Slider::new(&mut self.hour, 0.0..=24.0).custom_formatter(hour));
+            let _ = ui.add(egui::Slider::new(&mut self.hour, 0.0..=24.0).custom_formatter(hour)).named("Time of day");
             ui.end_row();
             ui.label("Latitude");
-            ui.add(egui::Slider::new(&mut self.latitude_deg, -90.0..=90.0).suffix("°").max_decimals(0));
+            let _ = ui
+                .add(egui::Slider::new(&mut self.latitude_deg, -90.0..=90.0).suffix("°").max_decimals(0))
+                .named("Latitude");
             ui.end_row();
             ui.label("Day of the year");
-            ui.add(egui::Slider::new(&mut self.day, 1.0..=365.0).max_decimals(0));
+            let _ = ui.add(egui::Slider::new(&mut self.day, 1.0..=365.0).max_decimals(0)).named("Day of the year");
             ui.end_row();
             ui.label("Haze");
-            ui.add(egui::Slider::new(&mut self.haze, 0.0..=4.0).max_decimals(2));
+            let _ = ui.add(egui::Slider::new(&mut self.haze, 0.0..=4.0).max_decimals(2)).named("Haze");
             ui.end_row();
             ui.label("Ground texture").on_hover_text("Unevenness below the size of a cell, seen from close by");
-            ui.add(egui::Slider::new(&mut self.texture, 0.0..=2.0).max_decimals(2));
+            let _ = ui.add(egui::Slider::new(&mut self.texture, 0.0..=2.0).max_decimals(2)).named("Ground texture");
             ui.end_row();
             ui.label("Cloud shadows").on_hover_text("Fraction of the terrain in the shadow of clouds");
             ui.add(egui::Slider::new(&mut self.clouds, 0.0..=1.0).max_decimals(2));
             ui.end_row();
             ui.label("Exposure");
-            ui.add(egui::Slider::new(&mut self.exposure, -3.0..=3.0).max_decimals(1));
+            let _ = ui.add(egui::Slider::new(&mut self.exposure, -3.0..=3.0).max_decimals(1)).named("Exposure");
             ui.end_row();
             ui.checkbox(&mut self.shadows, "Shadows");
             ui.checkbox(&mut self.sky, "Sky");
@@ -203,13 +208,15 @@ impl Look {
 }
 
 /// A list of choices beside the menu. It is a submenu, because a combo box would close the menu around it.
-fn choice(ui: &mut egui::Ui, chosen: String, choices: impl FnOnce(&mut egui::Ui)) {
+fn choice(ui: &mut egui::Ui, what: &str, chosen: String, choices: impl FnOnce(&mut egui::Ui)) {
     ui.with_layout(egui::Layout::top_down_justified(egui::Align::Min), |ui| {
         // All are equally wide, so that the list of one does not cover another.
         ui.set_min_width(170.0);
-        ui.menu_button(chosen, |ui| {
+        let name = format!("{what}: {chosen}");
+        let menu = ui.menu_button(chosen, |ui| {
             let room = (ui.ctx().content_rect().height() - 60.0).max(80.0);
             egui::ScrollArea::vertical().max_height(room).show(ui, choices);
         });
+        let _ = menu.response.named(name);
     });
 }

@@ -13,6 +13,7 @@ use super::{
     split::{self, Split},
 };
 use crate::editor::session::View;
+use crate::editor::window::names::Named as _;
 
 /// A line between two positions in metres.
 pub(super) type Line = [[f64; 2]; 2];
@@ -108,6 +109,7 @@ impl Map {
         over: Over<'_>,
     ) -> Pointer {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
+        let response = response.named("map of the terrain");
         let pane = response.rect;
         let size = shown[0].field.window().world.size;
         if self.size != size {

@@ -49,6 +49,7 @@ use super::{
         state,
     },
 };
+use crate::editor::window::names::Named as _;
 use crate::view::ViewError;
 
 /// The stored choice of the navigation, and its text for that of Blender.
@@ -471,16 +472,16 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
     let shown = session.shown();
     let mut pinned = session.pinned().is_some();
     let mut chosen = None;
-    egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("No output")).width(140.0).show_ui(
-        ui,
-        |ui| {
-            for (port, _) in ports(session) {
-                if ui.selectable_label(shown.as_ref() == Some(&port), &port).clicked() {
-                    chosen = Some(port);
-                }
+    let list =
+        egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("No output")).width(140.0);
+    let list = list.show_ui(ui, |ui| {
+        for (port, _) in ports(session) {
+            if ui.selectable_label(shown.as_ref() == Some(&port), &port).clicked() {
+                chosen = Some(port);
             }
-        },
-    );
+        }
+    });
+    let _ = list.response.named("shown output");
     if let Some(port) = chosen {
         session.pin(Some(port));
     } else if ui
@@ -496,13 +497,14 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
 fn compared(ui: &mut egui::Ui, session: &mut Session) {
     if let Some(mut port) = session.compared().map(str::to_owned) {
         let before = port.clone();
-        egui::ComboBox::from_id_salt("compared").selected_text(&port).width(120.0).show_ui(ui, |ui| {
+        let list = egui::ComboBox::from_id_salt("compared").selected_text(&port).width(120.0).show_ui(ui, |ui| {
             let kept = session.snapshots().iter().map(|snapshot| snapshot.name().to_owned());
             for other in ports(session).into_iter().map(|(other, _)| other).chain(kept) {
                 let name = other.clone();
                 ui.selectable_value(&mut port, other, name);
             }
         });
+        let _ = list.response.named("compared output");
         if port != before {
             session.compare(Some(port));
         }

@@ -6,7 +6,10 @@ use egui::{Button, Ui};
 use glam::DVec3;
 
 use crate::{
-    editor::{Session, window::state},
+    editor::{
+        Session,
+        window::{names::Named as _, state},
+    },
     view::Orbit,
 };
 
@@ -86,7 +89,8 @@ impl Views {
         let mut removed = None;
         for (at, view) in self.views.iter().enumerate().filter(|(_, view)| view.file == file) {
             ui.horizontal(|ui| {
-                if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Remove the view").clicked() {
+                let remove = ui.add(Button::new("✖").small().frame(false)).named(format!("Remove {}", view.name));
+                if remove.on_hover_text("Remove the view").clicked() {
                     removed = Some(at);
                 }
                 if ui.button(&view.name).clicked() {

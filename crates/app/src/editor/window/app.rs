@@ -10,6 +10,7 @@ use super::{
     history::HistoryPane,
     input,
     menu::{self, Menu, MenuRequest},
+    names,
     problems::Problems,
     theme,
     toasts::Toasts,
@@ -77,6 +78,7 @@ impl App {
         let registry: Registry = orograph_nodes::registry();
         theme::install(&context.egui_ctx);
         input::install(&context.egui_ctx);
+        names::install(&context.egui_ctx);
         let wake = context.egui_ctx.clone();
         let session = Session::open(file, registry, store, move || wake.request_repaint())?;
         let panes = Panes {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use egui::{Button, Label, RichText, ScrollArea, Sense, Ui};
 use orograph_graph::{Document, diff};
 
-use crate::editor::Session;
+use crate::editor::{Session, window::names::Named as _};
 
 /// The History pane.
 #[derive(Debug, Default)]
@@ -115,13 +115,21 @@ fn snapshots(ui: &mut Ui, session: &mut Session) {
     for snapshot in session.snapshots() {
         ui.horizontal(|ui| {
             let is_compared = session.compared() == Some(snapshot.name());
-            if ui.selectable_label(is_compared, "A|B").on_hover_text("Compare with what is shown").clicked() {
+            let name = snapshot.name();
+            if ui
+                .selectable_label(is_compared, "A|B")
+                .named(format!("compare {name}"))
+                .on_hover_text("Compare with what is shown")
+                .clicked()
+            {
                 compared = Some((!is_compared).then(|| snapshot.name().to_owned()));
             }
-            if ui.small_button("Restore").on_hover_text("Go back to the file as it was, as one undo step").clicked() {
+            let restore = ui.small_button("Restore").named(format!("Restore {name}"));
+            if restore.on_hover_text("Go back to the file as it was, as one undo step").clicked() {
                 restored = Some(snapshot.name().to_owned());
             }
-            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Remove the snapshot").clicked() {
+            let remove = ui.add(Button::new("✖").small().frame(false)).named(format!("remove {name}"));
+            if remove.on_hover_text("Remove the snapshot").clicked() {
                 removed = Some(snapshot.name().to_owned());
             }
             let text = format!("{}: {}", snapshot.name(), snapshot.port());

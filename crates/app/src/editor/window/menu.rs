@@ -10,6 +10,7 @@ use super::{
     state::{self, Recent},
     theme,
 };
+use crate::editor::window::names::Named as _;
 use crate::editor::{
     Detail, FileCommand, NodeState, Session,
     dialogs::{
@@ -366,7 +367,7 @@ fn preview(ui: &mut Ui, session: &mut Session) {
     if let Some(cells) = response.inner.flatten() {
         session.set_cells(cells);
     }
-    response.response.on_hover_text("Preview resolution in cells");
+    response.response.named("preview resolution").on_hover_text("Preview resolution in cells");
 }
 
 /// The preview resolution, as text.

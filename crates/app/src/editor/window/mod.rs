@@ -5,6 +5,7 @@ pub(crate) mod app;
 mod history;
 mod input;
 pub(crate) mod menu;
+pub(crate) mod names;
 pub(crate) mod problems;
 pub(crate) mod state;
 pub(crate) mod theme;

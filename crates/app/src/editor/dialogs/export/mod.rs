@@ -16,7 +16,7 @@ use orograph_nodes::raster::Format;
 
 use self::queue::Queue;
 use super::browser::{Browser, Outcome, Purpose};
-use crate::editor::Session;
+use crate::editor::{Session, window::names::Named as _};
 use crate::{
     build::request::{Cells, Changes, Request},
     export::{engine::Engine, mesh::MeshFormat, outputs::OutputOptions},
@@ -155,12 +155,13 @@ impl Export {
         let options = &mut self.options;
         row(ui, "Engine", |ui| {
             let shown = options.engine.map_or("none", Engine::title);
-            ComboBox::from_id_salt("engine").selected_text(shown).width(160.0).show_ui(ui, |ui| {
+            let list = ComboBox::from_id_salt("engine").selected_text(shown).width(160.0).show_ui(ui, |ui| {
                 ui.selectable_value(&mut options.engine, None, "none");
                 for engine in Engine::value_variants() {
                     ui.selectable_value(&mut options.engine, Some(*engine), engine.title());
                 }
             });
+            let _ = list.response.named("Engine");
         });
         row(ui, "Format", |ui| {
             let hover = "For heights, masks and other numbers if no engine is chosen; colours are PNG, lines GeoJSON, \
@@ -171,26 +172,27 @@ impl Export {
                     ui.selectable_value(&mut options.format, format, format.name());
                 }
             });
-            response.response.on_hover_text(hover);
+            response.response.named("Format").on_hover_text(hover);
         });
         row(ui, "Mesh", |ui| {
             let shown = options.mesh.map_or("none", MeshFormat::extension);
-            ComboBox::from_id_salt("mesh").selected_text(shown).width(90.0).show_ui(ui, |ui| {
+            let list = ComboBox::from_id_salt("mesh").selected_text(shown).width(90.0).show_ui(ui, |ui| {
                 ui.selectable_value(&mut options.mesh, None, "none");
                 for mesh in MeshFormat::value_variants() {
                     ui.selectable_value(&mut options.mesh, Some(*mesh), mesh.extension());
                 }
             });
+            let _ = list.response.named("Mesh");
             if options.mesh.is_some() {
                 let drag = egui::DragValue::new(&mut options.triangles).range(2..=crate::export::mesh::MOST_TRIANGLES);
-                ui.add(drag.speed(1000.0)).on_hover_text("Maximum number of triangles");
+                ui.add(drag.speed(1000.0)).named("triangles of the mesh").on_hover_text("Maximum number of triangles");
             }
         });
         row(ui, "Cells", |ui| {
             let cells = session.document().world().cells;
             let hint = format!("{} x {}", cells[0], cells[1]);
             let edit = TextEdit::singleline(&mut self.cells).hint_text(hint).desired_width(90.0);
-            ui.add(edit).on_hover_text(
+            ui.add(edit).named("Cells").on_hover_text(
                 "Cells along the longer side, or both sides as 2048x1024; leave empty to use the file's",
             );
         });
@@ -202,9 +204,8 @@ impl Export {
         });
         row(ui, "Folder", |ui| {
             let width = (ui.available_width() - 34.0).max(60.0);
-            let response = ui.add(TextEdit::singleline(&mut self.folder).desired_width(width));
-            response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "Folder"));
-            if ui.button("📂").on_hover_text("Choose a folder").clicked() {
+            let _ = ui.add(TextEdit::singleline(&mut self.folder).desired_width(width)).named("Folder");
+            if ui.button("📂").named("choose a folder").on_hover_text("Choose a folder").clicked() {
                 self.browser = Some(Browser::new(Purpose::Folder, Some(Path::new(&self.folder))));
             }
         });

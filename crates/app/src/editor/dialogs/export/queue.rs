@@ -13,6 +13,7 @@ use super::{
     job::{Job, State},
     result,
 };
+use crate::editor::window::names::Named as _;
 use crate::{
     build::request::Request,
     editor::Session,
@@ -193,7 +194,7 @@ impl Build {
             Stage::Waiting(_) => {
                 let mut gone = false;
                 ui.horizontal(|ui| {
-                    gone = ui.small_button("Cancel").clicked();
+                    gone = ui.small_button("Cancel").named(format!("Cancel the export of {}", self.title)).clicked();
                     ui.weak("Waiting");
                 });
                 return gone;
@@ -202,7 +203,8 @@ impl Build {
                 let state = job.state();
                 ui.add(ProgressBar::new(state.fraction()).desired_height(8.0));
                 ui.horizontal(|ui| {
-                    if ui.add_enabled(!job.is_cancelled(), Button::new("Cancel").small()).clicked() {
+                    let cancel = ui.add_enabled(!job.is_cancelled(), Button::new("Cancel").small());
+                    if cancel.named(format!("Cancel the export of {}", self.title)).clicked() {
                         job.cancel();
                     }
                     ui.add(Label::new(doing(job, &state)).truncate());

@@ -3,7 +3,7 @@
 use egui::{ComboBox, RichText, TextEdit, Ui};
 use orograph_graph::{Edit, Fallback, Graph, Kind, NodeIndex, ParamValue, Port, Unit};
 
-use crate::editor::{Session, arithmetic::calculated, inspector::short};
+use crate::editor::{Session, arithmetic::calculated, inspector::short, window::names::Named as _};
 
 /// A number of a node: a parameter, or an input without a wire.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,8 +157,8 @@ impl Axis {
             });
             response.response.labelled_by(label.id);
             for (text, word) in self.ends.iter_mut().zip(["from", "to"]) {
-                let label = ui.label(word);
-                let field = ui.add(TextEdit::singleline(text).desired_width(82.0)).labelled_by(label.id);
+                ui.label(word);
+                let field = ui.add(TextEdit::singleline(text).desired_width(82.0)).named(format!("{what} {word}"));
                 if field.lost_focus() {
                     *text = calculated(self.subject.unit, text);
                     changed = true;
