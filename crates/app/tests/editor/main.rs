@@ -3,6 +3,7 @@
 #![expect(clippy::disallowed_methods, reason = "what waits for another thread gives up in the end")]
 
 mod backends;
+mod bookmarks;
 mod brush;
 mod canvas;
 mod clipboard;
@@ -27,6 +28,7 @@ mod looks;
 mod menu;
 mod names;
 mod opening;
+mod overview;
 mod problems;
 mod random;
 mod reuse;

@@ -2,7 +2,7 @@
 
 use egui::{Color32, Pos2, Rect, Stroke, Vec2, epaint::CubicBezierShape, vec2};
 
-use super::overlay;
+use super::overview;
 
 /// The smallest and the largest zoom.
 const ZOOM: [f32; 2] = [0.08, 2.5];
@@ -43,7 +43,7 @@ impl Lens {
         let half = rect.size() / LEGIBLE / 2.0;
         // The overview is beside the end of the graph, not over it.
         let mut least = bounds.expand(MARGIN / LEGIBLE).shrink2(half);
-        least.max.x += (overlay::MAP.x + overlay::MARGIN) / LEGIBLE;
+        least.max.x += (overview::SIZE.x + overview::MARGIN) / LEGIBLE;
         // Along an axis where everything fits, the graph is centred; otherwise the pane shows no empty space that
         // content could fill.
         let along = |axis: usize| match least.min[axis] > least.max[axis] {
@@ -184,7 +184,7 @@ mod tests {
         let large = Rect::from_min_size(Pos2::ZERO, vec2(9000.0, 500.0));
         let end = Lens::opening(rect, large, pos2(8900.0, 10.0));
         assert_eq!((end.zoom, end.centre.y), (LEGIBLE, 250.0));
-        let beside = (MARGIN + overlay::MAP.x + overlay::MARGIN) / LEGIBLE;
+        let beside = (MARGIN + overview::SIZE.x + overview::MARGIN) / LEGIBLE;
         assert!((end.seen().max.x - 9000.0 - beside).abs() < 0.1, "{}", end.seen());
         let middle = Lens::opening(rect, large, pos2(4000.0, 10.0));
         assert_eq!(middle.centre, pos2(4000.0, 250.0));

@@ -17,6 +17,7 @@ mod look;
 mod menu;
 mod model;
 mod overlay;
+mod overview;
 mod paint;
 mod palette;
 mod place;
@@ -92,6 +93,8 @@ pub(super) struct Canvas {
     /// The reason of a refused edit, its position, and until when it is shown.
     refusal: Option<(String, Pos2, f64)>,
     without_map: bool,
+    /// The part of the graph that the overview shows while it is dragged.
+    held_overview: Option<Rect>,
     /// Number of pastes away from the pointer, each shifted from the one before.
     pasted: u32,
     /// The modifier keys that were held at the end of the last frame.

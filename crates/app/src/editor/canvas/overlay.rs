@@ -1,9 +1,6 @@
-//! Overlays of the canvas: tooltips, the overview, the search and renaming.
+//! Overlays of the canvas: tooltips, the legend, the search and renaming.
 
-use egui::{
-    Align2, CornerRadius, FontId, Id, Key, Modifiers, Pos2, Rect, Response, RichText, Sense, Stroke, StrokeKind, Ui,
-    Vec2, vec2,
-};
+use egui::{Align2, FontId, Id, Key, Modifiers, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, Vec2, vec2};
 use orograph_graph::{Edit, bytes};
 
 use super::{
@@ -12,16 +9,13 @@ use super::{
     hit::Hit,
     look::{Look, MEANINGS},
     model::{Side, Spot, TITLE},
+    overview::MARGIN,
     paint::{Brush, legend, span},
 };
 use crate::editor::window::{
     actions::{self, Part},
     names::Named as _,
 };
-
-/// Size of the overview, and its distance from the corner, in points.
-pub(super) const MAP: Vec2 = vec2(168.0, 108.0);
-pub(super) const MARGIN: f32 = 10.0;
 
 /// The open search for a node.
 #[derive(Debug, Default)]
@@ -191,43 +185,9 @@ impl Canvas {
             let colour = brush.look.weak;
             brush.painter.text(middle, Align2::CENTER_CENTER, words, FontId::proportional(15.0), colour);
         }
-        self.map(ui, brush);
+        self.overview(ui, brush);
         self.legend(ui, brush);
         self.find_ui(ui, response, session);
-    }
-
-    /// The whole graph in a corner while a part of it is out of view; a click or a drag there moves the view.
-    fn map(&mut self, ui: &mut Ui, brush: &Brush) {
-        let all = self.model.extent();
-        let pane = brush.lens.rect;
-        let seen = brush.lens.seen();
-        let room = pane.width() > 2.4 * MAP.x && pane.height() > 2.0 * MAP.y;
-        if self.without_map || !room || !all.is_positive() || seen.contains_rect(all) {
-            return;
-        }
-        let rect = Rect::from_min_size(pane.right_bottom() - MAP - Vec2::splat(MARGIN), MAP);
-        let world = all.union(seen).expand(20.0);
-        let scale = (rect.width() / world.width()).min(rect.height() / world.height());
-        let to_map = |at: Pos2| rect.center() + (at - world.center()) * scale;
-        let painter = brush.painter.with_clip_rect(rect.intersect(brush.painter.clip_rect()));
-        let look = &brush.look;
-        painter.rect_filled(rect, CornerRadius::same(4), look.well);
-        for card in &self.model.cards {
-            let small = Rect::from_min_max(to_map(card.rect().min), to_map(card.rect().max));
-            let small = Rect::from_center_size(small.center(), small.size().max(Vec2::splat(2.0)));
-            painter.rect_filled(small, CornerRadius::ZERO, look.title(card.category).lerp_to_gamma(look.text, 0.15));
-        }
-        let frame = Rect::from_min_max(to_map(seen.min), to_map(seen.max));
-        painter.rect_stroke(frame, CornerRadius::same(1), Stroke::new(1.5, look.text), StrokeKind::Inside);
-        painter.rect_stroke(rect, CornerRadius::same(4), Stroke::new(1.0, look.outline), StrokeKind::Inside);
-        let response = ui.interact(rect, Id::new("canvas overview"), Sense::click_and_drag());
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Other, true, "overview"));
-        if (response.dragged() || response.clicked())
-            && let (Some(point), Some(lens)) = (response.interact_pointer_pos(), &mut self.lens)
-        {
-            lens.centre = world.center() + (point - rect.center()) / scale;
-            self.moved = true;
-        }
     }
 
     /// The button that shows the legend of wire colours and keys.

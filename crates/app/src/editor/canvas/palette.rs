@@ -214,7 +214,9 @@ impl Canvas {
                 (wires.into_iter().flatten().collect(), vec2(WIDTH / 2.0, TITLE / 2.0))
             }
         };
-        let mut at = place::on_grid(palette.place - corner);
+        let rows = kind.inputs.len().max(kind.outputs.len()) as f32;
+        let size = vec2(WIDTH, TITLE + PICTURE + 3.0 * PAD + rows * ROW);
+        let mut at = self.beside_overview(place::on_grid(palette.place - corner), size);
         let mut moved = Vec::new();
         if let Some([from, to]) = room {
             // between the ends of the wire, which make room

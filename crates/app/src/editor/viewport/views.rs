@@ -51,9 +51,13 @@ pub(super) struct Views {
 
 impl Default for Views {
     fn default() -> Self {
-        let text = state::read(NAME).unwrap_or_default();
-        Self { views: text.lines().filter_map(View::read).collect() }
+        Self { views: stored() }
     }
+}
+
+/// The stored views.
+fn stored() -> Vec<View> {
+    state::read(NAME).unwrap_or_default().lines().filter_map(View::read).collect()
 }
 
 impl View {
@@ -99,8 +103,8 @@ impl Views {
             });
         }
         if let Some(at) = removed {
-            self.views.remove(at);
-            self.save();
+            let view = self.views.remove(at);
+            self.change(|views| views.retain(|other| other.file != view.file || other.name != view.name));
         }
         let save = ui.add_enabled(now.is_some(), Button::new("Save this view"));
         if let Some(orbit) = now.filter(|_| save.clicked()) {
@@ -114,15 +118,19 @@ impl Views {
     }
 
     fn add(&mut self, file: PathBuf, orbit: Orbit) {
-        let is_free = |name: &String| self.views.iter().all(|view| view.file != file || view.name != *name);
-        let name = (1..).map(|number| format!("View {number}")).find(is_free).unwrap_or_default();
-        self.views.push(View { file, name, orbit });
-        let more = self.views.len().saturating_sub(MOST);
-        self.views.drain(..more);
-        self.save();
+        self.change(|views| {
+            let is_free = |name: &String| views.iter().all(|view| view.file != file || view.name != *name);
+            let name = (1..).map(|number| format!("View {number}")).find(is_free).unwrap_or_default();
+            views.push(View { file, name, orbit });
+            let more = views.len().saturating_sub(MOST);
+            views.drain(..more);
+        });
     }
 
-    fn save(&self) {
+    /// Changes the stored views: other windows may have changed them since they were read.
+    fn change(&mut self, change: impl FnOnce(&mut Vec<View>)) {
+        self.views = stored();
+        change(&mut self.views);
         let lines: Vec<String> = self.views.iter().map(View::write).collect();
         state::write(NAME, &lines.join("\n"));
     }
