@@ -33,6 +33,7 @@ mod problems;
 mod random;
 mod reuse;
 mod safety;
+mod scrub;
 mod slow;
 mod store;
 mod variations;

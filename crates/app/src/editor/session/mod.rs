@@ -6,6 +6,7 @@ mod journal;
 pub(crate) mod live;
 mod measuring;
 mod outside;
+mod past;
 mod preferred;
 mod recovery;
 mod results;

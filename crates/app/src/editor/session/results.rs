@@ -18,6 +18,7 @@ impl Session {
         for news in news {
             self.hear(news);
         }
+        self.leave_past();
         if self.stale {
             self.watch_files();
         }

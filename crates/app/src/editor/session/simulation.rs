@@ -7,8 +7,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use orograph_graph::{EvalError, Graph, LiveNode, Moment, NodeIndex, Port, Value, Wanted};
 
-use super::worker::{self, Ask, Order, Subject};
-use super::{Built, NodeState, Session};
+use super::{
+    Built, NodeState, Session,
+    past::Past,
+    worker::{self, Ask, Order, Subject},
+};
 
 /// A node that runs live.
 #[derive(Clone, Debug)]
@@ -25,6 +28,7 @@ pub struct Simulation {
     /// Increases with every update.
     step: u64,
     values: BTreeMap<String, Built>,
+    past: Past,
 }
 
 impl Simulation {
@@ -63,8 +67,15 @@ impl Simulation {
         !self.values.is_empty() && is_of(port, &self.node)
     }
 
+    /// An output: at the present moment, or at the earlier one that is shown.
     pub(super) fn built(&self, port: &str) -> Option<&Built> {
-        self.values.get(port)
+        self.past.values().unwrap_or(&self.values).get(port)
+    }
+
+    /// The earlier moment that is shown, as its simulated time. Returns None while the present is shown.
+    #[must_use]
+    pub fn shown_time(&self) -> Option<f64> {
+        self.past.shown()
     }
 }
 
@@ -113,6 +124,7 @@ impl Session {
             trouble: None,
             step: 0,
             values: BTreeMap::new(),
+            past: Past::default(),
         });
         self.stale = true;
     }
@@ -144,17 +156,46 @@ impl Session {
     pub fn restart_simulation(&mut self) {
         if let Some(simulation) = &mut self.simulation {
             simulation.moment = None;
+            simulation.past = Past::default();
             self.worker.run_live(Ask::Restart);
             self.stale = true;
         }
     }
 
+    /// The earlier moments of the live run that can be shown, as simulated times in seconds, the first one first. There
+    /// are none if the shown output is that of another node.
+    #[must_use]
+    pub fn earlier_times(&self) -> Vec<f64> {
+        let simulation = self.simulation.as_ref().and_then(|simulation| Some((simulation, simulation.moment?.now)));
+        let Some(((simulation, now), port)) = simulation.zip(self.shown()) else { return Vec::new() };
+        simulation.past.times(&port, now)
+    }
+
+    /// Shows an earlier moment of the live run, one of [`Self::earlier_times`]; None shows the present. The run itself
+    /// does not change.
+    pub fn show_time(&mut self, time: Option<f64>) {
+        if let Some(simulation) = &mut self.simulation {
+            simulation.past.show(time);
+        }
+    }
+
+    /// Shows the present again if the shown output has no picture of the earlier moment.
+    pub(super) fn leave_past(&mut self) {
+        let Some(port) = self.shown() else { return };
+        if let Some(simulation) = &mut self.simulation
+            && simulation.past.values().is_some_and(|values| !values.contains_key(&port))
+        {
+            simulation.past.show(None);
+        }
+    }
+
     /// The current time for a stroke on a node: 0 for a node that does not run live. Asks a running node to pause;
-    /// returns None until it has. Then [`Self::release_simulation`] lets it continue.
+    /// returns None until it has. Then [`Self::release_simulation`] lets it continue. The present is shown again.
     pub fn time_of_stroke(&mut self, node: &str) -> Option<f64> {
         let Some(simulation) = self.simulation.as_mut().filter(|simulation| simulation.node == node) else {
             return Some(0.0);
         };
+        simulation.past.show(None);
         if simulation.goes && !simulation.hold[0] {
             simulation.hold[0] = true;
             self.worker.run_live(Ask::Hold(true));
@@ -248,6 +289,9 @@ impl Session {
         let (revision, step) = (self.revision, simulation.step);
         simulation.values =
             values.into_iter().map(|(port, value)| (port, Built { revision, cells, step, value })).collect();
+        if !moment.is_over() {
+            simulation.past.keep(moment.now, moment.end, &simulation.values);
+        }
         simulation.goes &= !moment.is_over();
         self.stale |= was_over != moment.is_over();
         let fraction = if moment.end > 0.0 { (moment.now / moment.end) as f32 } else { 1.0 };

@@ -1,9 +1,12 @@
 //! The tool bar of the live run.
 
 use egui::Ui;
-use orograph_graph::Unit;
+use orograph_graph::{Moment, Unit};
 
-use crate::editor::{Session, window::names::Named as _};
+use crate::editor::{Session, Simulation, window::names::Named as _};
+
+/// Width of the progress and of the slider below or beside it, in points.
+const WIDTH: f32 = 160.0;
 
 /// The tool bar, with its settings.
 #[derive(Debug)]
@@ -51,8 +54,7 @@ impl Bar {
             if step.on_hover_text("Advance by this many steps").clicked() {
                 session.step_simulation(self.steps);
             }
-            let steps = egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps");
-            let _ = ui.add(steps).named("number of steps");
+            let _ = ui.add(egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps")).named("number of steps");
             if ui.add_enabled(begun, egui::Button::new("Restart")).on_hover_text("Restart from the beginning").clicked() {
                 session.restart_simulation();
             }
@@ -67,7 +69,8 @@ impl Bar {
                 (None, Some(moment)) => {
                     let part = if moment.end > 0.0 { (moment.now / moment.end) as f32 } else { 1.0 };
                     let told = format!("{} of {}", span(moment.now), span(moment.end));
-                    ui.add(egui::ProgressBar::new(part).desired_width(160.0).text(told));
+                    ui.add(egui::ProgressBar::new(part).desired_width(WIDTH).text(told));
+                    scrub(ui, session, moment);
                     let hint = match moment.is_over() {
                         true => "Finished; the result is now the node's output.",
                         false => "Brush: raise or lower the ground, or add rain. Strokes are replayed at the time you painted them.",
@@ -79,7 +82,68 @@ impl Bar {
     }
 }
 
+/// The slider that shows earlier moments. At its end it follows the run.
+fn scrub(ui: &mut Ui, session: &mut Session, moment: Moment) {
+    let times = session.earlier_times();
+    if times.is_empty() {
+        return;
+    }
+    let before = session.simulation().and_then(Simulation::shown_time);
+    let now = before.unwrap_or(moment.now);
+    let mut at = now;
+    let slider = egui::Slider::new(&mut at, 0.0..=moment.end).show_value(false);
+    let response = ui
+        .scope(|ui| {
+            ui.spacing_mut().slider_width = WIDTH;
+            ui.add(slider)
+        })
+        .inner
+        .named("time shown");
+    let text = match before {
+        Some(time) => format!("shows {}", span(time)),
+        None => "shows the present".to_owned(),
+    };
+    ui.ctx().accesskit_node_builder(response.id, |node| node.set_value(text.clone()));
+    if response.changed() {
+        session.show_time(chosen(&times, moment.now, (now, at), response.dragged()));
+    }
+    response
+        .on_hover_text("Drag to see earlier moments; the run itself does not change. At the end it follows the run");
+    ui.label(text);
+}
+
+/// The moment for a new position of the slider: the nearest one; with a key, at least the next in that direction. Returns
+/// None for the present.
+fn chosen(times: &[f64], present: f64, (from, to): (f64, f64), dragged: bool) -> Option<f64> {
+    let all = || times.iter().copied().chain([present]);
+    let nearest =
+        all().min_by(|a, b| (a - to).abs().total_cmp(&(b - to).abs())).filter(|time| dragged || *time != from);
+    let next = || match to > from {
+        true => all().find(|time| *time > from),
+        false => times.iter().copied().rfind(|time| *time < from).or(times.first().copied()),
+    };
+    nearest.or_else(next).filter(|time| *time < present)
+}
+
 /// A time with at most one decimal.
 fn span(seconds: f64) -> String {
     Unit::Seconds.display(if seconds < 60.0 { (seconds * 10.0).round() / 10.0 } else { seconds.round() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::chosen;
+
+    #[test]
+    fn the_slider_chooses_the_nearest_moment_and_keys_the_next() {
+        let (times, present) = ([0.0, 100.0, 200.0], 290.0);
+        let drag = |to| chosen(&times, present, (290.0, to), true);
+        assert_eq!([drag(-5.0), drag(120.0), drag(151.0)], [Some(0.0), Some(100.0), Some(200.0)]);
+        assert_eq!([drag(250.0), drag(1000.0)], [None, None], "nearer to the present, or beyond it");
+        let press = |from, to| chosen(&times, present, (from, to), false);
+        assert_eq!([press(290.0, 289.0), press(200.0, 199.0), press(0.0, -1.0)], [Some(200.0), Some(100.0), Some(0.0)]);
+        assert_eq!([press(100.0, 101.0), press(200.0, 201.0)], [Some(200.0), None]);
+        // A moment that is no longer in the list.
+        assert_eq!([press(150.0, 151.0), press(150.0, 149.0)], [Some(200.0), Some(100.0)]);
+    }
 }
