@@ -147,6 +147,13 @@ fn controls_of_the_panes_have_names() {
         window.run_steps(4);
         found.look(&window, &format!("{node} selected"));
     }
+    window.state_mut().session_mut().select_only("tints");
+    window.run_steps(4);
+    for name in ["colour 1", "menu of palette", "palette", "shown output", "preview resolution"] {
+        click(&mut window, name);
+        found.look(&window, &format!("{name} clicked"));
+        press(&mut window, Modifiers::NONE, Key::Escape);
+    }
     window.state_mut().session_mut().select(["base".to_owned(), "hole".to_owned()]);
     window.run_steps(4);
     found.look(&window, "several nodes selected");

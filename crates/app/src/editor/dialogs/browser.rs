@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use egui::{Align, Button, Context, Id, Key, Layout, RichText, ScrollArea, TextEdit, Ui};
 
 use super::system::{self, Ask};
-use crate::editor::window::names::Named as _;
-use crate::editor::window::theme;
+use crate::editor::window::{names::Named as _, theme};
 
 /// The purpose of the browser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

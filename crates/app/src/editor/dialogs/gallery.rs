@@ -12,10 +12,9 @@ use std::{fs, io::Write as _, path::Path};
 use egui::{Align, Context, Id, Label, Layout, RichText, ScrollArea, Sense, Ui, vec2};
 use orograph_graph::files::{self, Access, Part};
 
-use crate::editor::window::names::Named as _;
 use crate::editor::{
     FileCommand,
-    window::{state, theme},
+    window::{names::Named as _, state, theme},
 };
 
 /// An example graph.

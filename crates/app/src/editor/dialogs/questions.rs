@@ -8,11 +8,10 @@ use std::{
 use egui::{Button, Context, Id, RichText, ScrollArea, TextEdit, Ui, ViewportCommand};
 
 use super::system::{self, Ask};
-use crate::editor::window::names::Named as _;
 use crate::editor::{
     Session,
     session::{Answer, FileCommand, Lost, Question},
-    window::theme,
+    window::{names::Named as _, theme},
 };
 
 /// Maximum width of a question, in points.

@@ -7,9 +7,8 @@ use super::{
     form::{FormState, TextField, line, words},
     number,
 };
-use crate::editor::window::names::Named as _;
 use crate::{
-    editor::Session,
+    editor::{Session, window::names::Named as _},
     report::{expect::Figure, terminal::counted},
 };
 

@@ -1,8 +1,9 @@
 //! An eyedropper: takes the colour of a point of the window, such as one of the terrain in the viewport.
 
-use crate::editor::window::names::Named as _;
 use egui::{Area, ColorImage, Context, CursorIcon, Event, Id, Key, Order, Pos2, Sense, Ui, UserData, ViewportCommand};
 use orograph_graph::Srgb;
+
+use crate::editor::window::names::Named as _;
 
 /// Frames to wait for the picture of the window.
 const PATIENCE: u32 = 120;

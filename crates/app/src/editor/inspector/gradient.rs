@@ -74,7 +74,8 @@ pub(super) fn show(
     asked
 }
 
-/// A field for a colour, with its number and name, as six hexadecimal digits, with an eyedropper; returns the new colour, or why the text is none.
+/// A field for a colour, with its number and name, as six hexadecimal digits, with an eyedropper; returns the new colour,
+/// or why the text is none.
 pub(super) fn hex(
     ui: &mut Ui,
     form: &mut FormState,

@@ -11,9 +11,8 @@ use super::{
     target::Target,
     value::{self, Place},
 };
-use crate::editor::window::names::Named as _;
 use crate::{
-    editor::{NodeState, Session},
+    editor::{NodeState, Session, window::names::Named as _},
     report::progress::seconds,
 };
 

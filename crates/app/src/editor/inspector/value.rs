@@ -13,9 +13,11 @@ use super::{
     form::{FormState, TextField, words},
     gradient, number, pad, waypoints,
 };
-use crate::editor::window::names::Named as _;
 use crate::{
-    editor::dialogs::system::{self, Ask},
+    editor::{
+        dialogs::system::{self, Ask},
+        window::names::Named as _,
+    },
     report::terminal::counted,
 };
 

@@ -8,8 +8,7 @@ use super::{
     pad,
     value::{Place, ValueChange, point},
 };
-use crate::editor::arithmetic::calculated;
-use crate::editor::window::names::Named as _;
+use crate::editor::{arithmetic::calculated, window::names::Named as _};
 
 /// Height of the table in points of the screen.
 const TABLE: f32 = 240.0;

@@ -181,11 +181,9 @@ impl Session {
 
     /// Shows the present again if the shown output has no picture of the earlier moment.
     pub(super) fn leave_past(&mut self) {
-        let Some(port) = self.shown() else { return };
-        if let Some(simulation) = &mut self.simulation
-            && simulation.past.values().is_some_and(|values| !values.contains_key(&port))
-        {
-            simulation.past.show(None);
+        let Some(values) = self.simulation.as_ref().and_then(|simulation| simulation.past.values()) else { return };
+        if self.shown().is_some_and(|port| !values.contains_key(&port)) {
+            self.show_time(None);
         }
     }
 

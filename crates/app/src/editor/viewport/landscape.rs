@@ -19,9 +19,8 @@ use super::{
     split::Split,
     surface::{Colour, Key, Surface},
 };
-use crate::editor::window::names::Named as _;
 use crate::{
-    editor::session::View,
+    editor::{session::View, window::names::Named as _},
     export::picture,
     view::{self, Camera, Cover, Fly, FlyKeys, Orbit, Ray, Renderer, Scene, Terrain, ViewError},
 };

@@ -5,7 +5,7 @@ use orograph_graph::{Moment, Unit};
 
 use crate::editor::{Session, Simulation, window::names::Named as _};
 
-/// Width of the progress and of the slider below or beside it, in points.
+/// Width of the progress and of the slider beside it, in points.
 const WIDTH: f32 = 160.0;
 
 /// The tool bar, with its settings.

@@ -2,9 +2,11 @@
 
 use orograph_graph::{PortType, Unit};
 
-use crate::editor::window::names::Named as _;
 use crate::{
-    editor::{Session, window::actions::Action},
+    editor::{
+        Session,
+        window::{actions::Action, names::Named as _},
+    },
     view::{Background, Camera, Colouring, Contours, Scene, Sun, Terrain},
 };
 

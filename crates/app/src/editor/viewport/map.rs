@@ -12,8 +12,7 @@ use super::{
     lines, scale,
     split::{self, Split},
 };
-use crate::editor::session::View;
-use crate::editor::window::names::Named as _;
+use crate::editor::{session::View, window::names::Named as _};
 
 /// A line between two positions in metres.
 pub(super) type Line = [[f64; 2]; 2];

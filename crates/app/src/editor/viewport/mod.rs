@@ -46,10 +46,10 @@ use super::{
     session::worker::coarser,
     window::{
         actions::{self, Action, Part, Status},
+        names::Named as _,
         state,
     },
 };
-use crate::editor::window::names::Named as _;
 use crate::view::ViewError;
 
 /// The stored choice of the navigation, and its text for that of Blender.

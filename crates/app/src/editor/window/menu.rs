@@ -7,10 +7,10 @@ use orograph_graph::bytes;
 
 use super::{
     actions::{self, Action, Line, Lines, Part, Status},
+    names::Named as _,
     state::{self, Recent},
     theme,
 };
-use crate::editor::window::names::Named as _;
 use crate::editor::{
     Detail, FileCommand, NodeState, Session,
     dialogs::{

@@ -10,11 +10,14 @@ use egui::{
     accesskit::{Action, Node, NodeId, Role, TreeUpdate},
 };
 
-/// The greatest width of a divider between panes, in pixels.
-const THIN: f64 = 24.0;
+/// The greatest width of a divider between panes, in points.
+const THIN: f64 = 8.0;
 
-/// The greatest height of a bar of tabs, in pixels.
-const TABS: f64 = 100.0;
+/// The greatest height of a bar of tabs, in points.
+const TABS: f64 = 30.0;
+
+/// The text of the button that copies a colour.
+const COPY: &str = "📋";
 
 /// A control that gets a name.
 pub(crate) trait Named {
@@ -35,7 +38,8 @@ pub(super) fn install(context: &Context) {
     context.add_plugin(Parts);
 }
 
-/// Names scroll bars, dividers between panes, bars of tabs, the backgrounds of menus, and the numbers beside sliders.
+/// Names scroll bars, dividers between panes, bars of tabs, backgrounds of menus, numbers beside sliders, and the parts of
+/// the choice of a colour.
 struct Parts;
 
 impl Plugin for Parts {
@@ -84,11 +88,21 @@ fn name_parts(update: &mut TreeUpdate) {
     let tabs: Vec<(egui::accesskit::Rect, String)> = update.nodes.iter().filter_map(|(_, node)| tab(node)).collect();
     for (_, node) in &mut update.nodes {
         let acts = node.supports_action(Action::Click) || node.supports_action(Action::Focus);
+        if node.label() == Some(COPY) {
+            node.set_label("copy the colour");
+        }
         let Some(bounds) = node.bounds().filter(|_| !is_named(node)) else { continue };
         match node.role() {
+            Role::SpinButton => {
+                let colours = [("R ", "red"), ("G ", "green"), ("B ", "blue")];
+                let is_of = |(prefix, _): &(&str, &str)| node.value().is_some_and(|value| value.starts_with(prefix));
+                if let Some((_, name)) = colours.into_iter().find(is_of) {
+                    node.set_label(name);
+                }
+            }
             Role::ScrollBar if bounds.width() > bounds.height() => node.set_label("horizontal scroll bar"),
             Role::ScrollBar => node.set_label("vertical scroll bar"),
-            Role::Unknown if acts && bounds.width().min(bounds.height()) <= THIN && bounds.height() < THIN => {
+            Role::Unknown if acts && bounds.height() <= THIN => {
                 node.set_role(Role::Splitter);
                 node.set_label("divider of the panes above and below");
             }
@@ -98,7 +112,7 @@ fn name_parts(update: &mut TreeUpdate) {
             }
             Role::Unknown if acts && bounds.height() <= TABS => {
                 let inside = tabs.iter().find(|(tab, _)| bounds.contains(centre(tab)));
-                node.set_label(inside.map_or_else(|| "background".to_owned(), |(_, name)| format!("tabs from {name}")));
+                node.set_label(inside.map_or_else(|| "hue".to_owned(), |(_, name)| format!("tabs from {name}")));
             }
             Role::Unknown if acts => node.set_label("background"),
             _ => {}

@@ -13,10 +13,9 @@ use super::{
     job::{Job, State},
     result,
 };
-use crate::editor::window::names::Named as _;
 use crate::{
     build::request::Request,
-    editor::Session,
+    editor::{Session, window::names::Named as _},
     export::outputs::OutputOptions,
     report::{
         failure::{Exit, Failure},
