@@ -6,7 +6,7 @@
 use std::{
     sync::{
         Arc, Mutex, PoisonError,
-        mpsc::{Receiver, Sender, TryRecvError, channel},
+        mpsc::{Receiver, RecvTimeoutError, Sender, channel},
     },
     thread,
     time::{Duration, Instant},
@@ -42,6 +42,8 @@ pub enum Ask {
     Go(bool),
     /// Take this many steps.
     Steps(u32),
+    /// Let the whole run last at least this long.
+    Pace(Duration),
     /// Pause while something is painted, whatever else was requested.
     Hold(bool),
     /// Restart.
@@ -83,6 +85,8 @@ impl LiveRun {
             goes: false,
             held: false,
             steps: 0,
+            pace: Duration::ZERO,
+            due: None,
             shown: None,
         };
         let thread = thread::Builder::new()
@@ -130,6 +134,10 @@ struct Work {
     goes: bool,
     held: bool,
     steps: u32,
+    /// The least time that the whole run lasts.
+    pace: Duration,
+    /// When that allows the next step.
+    due: Option<Instant>,
     /// When progress was last reported.
     shown: Option<Instant>,
 }
@@ -138,10 +146,10 @@ impl Work {
     fn work(mut self, inbox: &Receiver<Ask>) {
         loop {
             let ask = if self.moves() {
-                match inbox.try_recv() {
+                match inbox.recv_timeout(self.wait()) {
                     Ok(ask) => Some(ask),
-                    Err(TryRecvError::Empty) => None,
-                    Err(TryRecvError::Disconnected) => return,
+                    Err(RecvTimeoutError::Timeout) => None,
+                    Err(RecvTimeoutError::Disconnected) => return,
                 }
             } else {
                 match inbox.recv() {
@@ -169,6 +177,13 @@ impl Work {
         !live.moment().is_over() && (live.is_behind() || goes_on)
     }
 
+    /// How long the next step has to wait. Steps that were asked for do not wait, nor do those after a lost device.
+    fn wait(&self) -> Duration {
+        let is_paced = self.steps == 0 && self.live.as_ref().is_some_and(|(live, _)| !live.is_behind());
+        let due = self.due.filter(|_| is_paced);
+        due.map_or(Duration::ZERO, |due| due.saturating_duration_since(Instant::now()))
+    }
+
     fn tell(&self, news: News) {
         // Ignored: nobody receives it once the window is closed.
         let _ = self.outbox.send(news);
@@ -189,11 +204,13 @@ impl Work {
             }
             Ask::Go(goes) => self.goes = goes,
             Ask::Steps(steps) => self.steps += steps,
+            Ask::Pace(pace) => (self.pace, self.due) = (pace, None),
             Ask::Hold(held) => self.held = held,
             Ask::Restart => return self.begin(),
             Ask::End => {
                 (self.subject, self.live) = (None, None);
                 (self.goes, self.held, self.steps) = (false, false, 0);
+                (self.pace, self.due) = (Duration::ZERO, None);
             }
         }
         self.show()
@@ -212,13 +229,19 @@ impl Work {
     }
 
     fn step(&mut self) -> Result<(), EvalError> {
+        let began = Instant::now();
         let Some((live, cancel)) = &mut self.live else { return Ok(()) };
         // After a lost device it first comes back to where it was; those steps do not count.
         let was_behind = live.is_behind();
+        let before = live.moment();
         live.step(&self.evaluator, cancel)?;
         let counts = !was_behind && !live.is_behind();
         self.steps -= u32::from(counts && self.steps > 0);
-        if !self.moves() || self.shown.is_none_or(|shown| shown.elapsed() >= LOOKS) {
+        if counts && before.end > 0.0 {
+            let passed = ((live.moment().now - before.now) / before.end).clamp(0.0, 1.0);
+            self.due = Some(self.due.map_or(began, |due| due.max(began)) + self.pace.mul_f64(passed));
+        }
+        if !self.moves() || self.wait() > LOOKS || self.shown.is_none_or(|shown| shown.elapsed() >= LOOKS) {
             self.show()?;
         }
         Ok(())
@@ -311,6 +334,33 @@ mod tests {
             let failed = news.recv_timeout(PATIENCE);
             assert!(matches!(&failed, Ok(News::LiveFailed { node, .. }) if node == "storm"), "{failed:?}");
         }
+    }
+
+    /// A run with a pace lasts that long, reports on the way, and ends as one without.
+    #[test]
+    fn a_paced_run_lasts_as_long_as_asked() {
+        let ends = |pace: Option<Duration>| {
+            let (live, news) = run(EvaluatorOptions::default());
+            live.ask(Ask::Run(subject(STORM)));
+            live.ask(Ask::Pace(pace.unwrap_or_default()));
+            let begun = Instant::now();
+            live.ask(Ask::Go(true));
+            let mut reports = 0;
+            loop {
+                match news.recv_timeout(PATIENCE) {
+                    Ok(News::Live { moment, values, .. }) if moment.is_over() => {
+                        return (begun.elapsed(), reports, values);
+                    }
+                    Ok(News::Live { .. }) => reports += 1,
+                    other => panic!("no news of the live run: {other:?}"),
+                }
+            }
+        };
+        let (_, _, free) = ends(None);
+        let (lasted, reports, paced) = ends(Some(Duration::from_secs(3)));
+        assert!(lasted >= Duration::from_millis(2700), "{lasted:?}");
+        assert!(reports >= 10, "{reports} reports on the way");
+        assert!(free == paced);
     }
 
     /// What a live run has reported.

@@ -3,7 +3,10 @@
 //! While it runs, no node after it is built. Strokes are data of the node, each with the time at which it acts, so that
 //! the shown state always equals that of a build from the start.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    time::Duration,
+};
 
 use orograph_graph::{EvalError, Graph, LiveNode, Moment, NodeIndex, Port, Value, Wanted};
 
@@ -29,6 +32,8 @@ pub struct Simulation {
     step: u64,
     values: BTreeMap<String, Built>,
     past: Past,
+    /// The least time that the whole run lasts, in seconds.
+    pace: f64,
 }
 
 impl Simulation {
@@ -70,6 +75,12 @@ impl Simulation {
     /// An output: at the present moment, or at the earlier one that is shown.
     pub(super) fn built(&self, port: &str) -> Option<&Built> {
         self.past.values().unwrap_or(&self.values).get(port)
+    }
+
+    /// The least time that the whole run lasts, in seconds; 0 at full speed.
+    #[must_use]
+    pub const fn pace(&self) -> f64 {
+        self.pace
     }
 
     /// The earlier moment that is shown, as its simulated time. Returns None while the present is shown.
@@ -125,6 +136,7 @@ impl Session {
             step: 0,
             values: BTreeMap::new(),
             past: Past::default(),
+            pace: 0.0,
         });
         self.stale = true;
     }
@@ -149,6 +161,14 @@ impl Session {
     pub fn step_simulation(&mut self, steps: u32) {
         if self.simulation.is_some() {
             self.worker.run_live(Ask::Steps(steps));
+        }
+    }
+
+    /// Lets the whole run last at least this many seconds; 0 for full speed.
+    pub fn pace_simulation(&mut self, seconds: f64) {
+        if let Some(simulation) = &mut self.simulation {
+            simulation.pace = seconds.clamp(0.0, 86_400.0);
+            self.worker.run_live(Ask::Pace(Duration::from_secs_f64(simulation.pace)));
         }
     }
 

@@ -55,6 +55,7 @@ impl Bar {
                 session.step_simulation(self.steps);
             }
             let _ = ui.add(egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps")).named("number of steps");
+            pace(ui, session, simulation.pace());
             if ui.add_enabled(begun, egui::Button::new("Restart")).on_hover_text("Restart from the beginning").clicked() {
                 session.restart_simulation();
             }
@@ -79,6 +80,24 @@ impl Bar {
                 }
             }
         });
+    }
+}
+
+/// The number that sets how long the whole run lasts.
+fn pace(ui: &mut Ui, session: &mut Session, before: f64) {
+    let mut seconds = before;
+    let number = egui::DragValue::new(&mut seconds)
+        .range(0.0..=3600.0)
+        .speed(0.2)
+        .max_decimals(1)
+        .custom_formatter(|seconds, _| match seconds > 0.0 {
+            true => format!("run lasts {} s", Unit::One.display(seconds)),
+            false => "full speed".to_owned(),
+        })
+        .custom_parser(|text| text.trim().trim_end_matches('s').trim().parse().ok());
+    let what = "Least time that the whole run takes, to watch it more slowly; 0 for full speed";
+    if ui.add(number).on_hover_text(what).named("seconds of the run").changed() {
+        session.pace_simulation(seconds);
     }
 }
 
