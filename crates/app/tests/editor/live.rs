@@ -198,9 +198,10 @@ fn a_live_run_on_the_device_is_drawn_on_the_same_adapter() {
     if crate::device::skips("a live run on the device") {
         return;
     }
-    // Long enough that it is still on its way after the stroke on a busy machine.
-    let (mut window, _folder) = storm_of(&STORM.replace("5000", "250"));
+    let (mut window, _folder) = storm_of(&STORM.replace("5000", "100"));
     window.state_mut().session_mut().prefer("storm", Prefer::Device);
+    // slowly enough that it is still on its way after the stroke on a busy machine
+    window.state_mut().session_mut().pace_simulation(100.0);
     let on_device = |window: &Harness<'_, App>| window.state().session().node("storm").on_device;
     until(&mut window, "it restarts on the device", |window| on_device(window) && moment(window) == Some(0.0));
     window.get_by_label("Brush").click();
@@ -215,6 +216,7 @@ fn a_live_run_on_the_device_is_drawn_on_the_same_adapter() {
     window.run_steps(2);
     picture(&mut window, "live_device");
     assert!(on_device(&window) && !is_over(&window), "it has not restarted on the CPU");
+    window.state_mut().session_mut().pace_simulation(0.0);
     window.get_by_label("Run").click();
     until(&mut window, "it is over", is_over);
     settle(&mut window);

@@ -134,8 +134,10 @@ fn an_earlier_moment_is_shown_and_the_run_goes_on() {
     window.run_steps(2);
     let last = run(&window).shown_time().expect("the last picture");
     let before = heights(&window);
+    // slowly enough that it is still on its way when the button is clicked
+    window.state_mut().session_mut().pace_simulation(120.0);
     window.get_by_label("Run").click();
-    until(&mut window, "it goes on", |window| now(window) > end + 50.0);
+    until(&mut window, "it goes on", |window| now(window) > end + 20.0);
     assert!(run(&window).shown_time() == Some(last) && heights(&window) == before);
     window.get_by_label("Pause").click();
     pause(&mut window);
@@ -145,6 +147,7 @@ fn an_earlier_moment_is_shown_and_the_run_goes_on() {
     assert!(run(&window).shown_time().is_none() && heights(&window) != before);
 
     // The result is that of a build, whatever was looked at.
+    window.state_mut().session_mut().pace_simulation(0.0);
     window.get_by_label("Run").click();
     until(&mut window, "it is over", |window| run(window).is_over());
     settle(&mut window);
