@@ -194,7 +194,7 @@ impl Look {
             let _ = ui.add(egui::Slider::new(&mut self.texture, 0.0..=2.0).max_decimals(2)).named("Ground texture");
             ui.end_row();
             ui.label("Cloud shadows").on_hover_text("Fraction of the terrain in the shadow of clouds");
-            ui.add(egui::Slider::new(&mut self.clouds, 0.0..=1.0).max_decimals(2));
+            let _ = ui.add(egui::Slider::new(&mut self.clouds, 0.0..=1.0).max_decimals(2)).named("Cloud shadows");
             ui.end_row();
             ui.label("Exposure");
             let _ = ui.add(egui::Slider::new(&mut self.exposure, -3.0..=3.0).max_decimals(1)).named("Exposure");
