@@ -99,11 +99,11 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
         return 0;
     }
     // per grid of the pyramid (each a quarter of the one before): ground, rise, two buffers of gains and, with debris,
-    // the loose layer; then the final gains, the rise, and the rise after relaxation
+    // the loose layer; then the final gains and the stable rises
     let loose = sizing.is_wired(Inputs::PORTS, "debris");
-    let slump = if loose { 20.0 } else { 16.0 } * 4.0 / 3.0 + 4.0 + 8.0;
-    // thickness, crumbled and swelled rock, loose material, and the ground with the swelling
-    let layers = if loose { 20.0 } else { 0.0 };
+    let slump = if loose { 20.0 } else { 16.0 } * 4.0 / 3.0 + 4.0 + 4.0;
+    // crumbled and swelled rock, loose material, and the ground with the swelling
+    let layers = if loose { 16.0 } else { 0.0 };
     sizing.cells((slump + layers - given).max(0.0))
 }
 
