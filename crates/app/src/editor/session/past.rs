@@ -23,7 +23,7 @@ struct Picture {
     values: BTreeMap<String, Built>,
 }
 
-/// The pictures of a live run, and the one that is shown in place of the present.
+/// The pictures of a live run, and the one that is shown instead of the present.
 #[derive(Clone, Debug)]
 pub(super) struct Past {
     budget: usize,

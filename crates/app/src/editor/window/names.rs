@@ -21,7 +21,7 @@ const COPY: &str = "📋";
 
 /// A control that gets a name.
 pub(crate) trait Named {
-    /// Gives it a name, which screen readers speak in place of its text.
+    /// Gives it a name, which screen readers speak instead of its text.
     #[must_use]
     fn named(self, name: impl Into<String>) -> Self;
 }
