@@ -47,10 +47,8 @@ fn now(window: &Harness<'_, App>) -> f64 {
 }
 
 fn heights(window: &Harness<'_, App>) -> Field {
-    match &window.state().session().built("storm.height").expect("it is shown").value {
-        Value::Field(field) => field.clone(),
-        other => panic!("not a field: {other:?}"),
-    }
+    let built = window.state().session().built("storm.height").expect("it is shown");
+    built.value.as_field().expect("heights").clone()
 }
 
 /// Takes single steps until a time. Returns what was shown after each.

@@ -6,7 +6,7 @@ use orograph_graph::{Boundary, Edge, Edit, ParamSpec, Port, Unit, World};
 use super::{
     expected,
     form::{FormState, TextField, line, section, title},
-    node, number, place,
+    number, place, row,
     target::Target,
     value::thrown,
 };
@@ -378,7 +378,7 @@ fn parameters(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     }
     for (target, spec, places) in &named {
         let value = spec.kind.default_value();
-        node::row(ui, form, session, target, spec, &value, false);
+        row::row(ui, form, session, target, spec, &value, false);
         names(ui, form, session, target.label(), places);
     }
 }

@@ -5,7 +5,7 @@ use orograph_graph::{Fallback, Kind, ParamSpec, ParamValue};
 
 use super::{
     form::{self, FormState, section},
-    node::row,
+    row::row,
     target::Target,
 };
 use crate::editor::Session;

@@ -336,35 +336,8 @@ mod tests {
         }
     }
 
-    /// A run with a pace lasts that long, reports on the way, and ends as one without.
-    #[test]
-    fn a_paced_run_lasts_as_long_as_asked() {
-        let ends = |pace: Option<Duration>| {
-            let (live, news) = run(EvaluatorOptions::default());
-            live.ask(Ask::Run(subject(STORM)));
-            live.ask(Ask::Pace(pace.unwrap_or_default()));
-            let begun = Instant::now();
-            live.ask(Ask::Go(true));
-            let mut reports = 0;
-            loop {
-                match news.recv_timeout(PATIENCE) {
-                    Ok(News::Live { moment, values, .. }) if moment.is_over() => {
-                        return (begun.elapsed(), reports, values);
-                    }
-                    Ok(News::Live { .. }) => reports += 1,
-                    other => panic!("no news of the live run: {other:?}"),
-                }
-            }
-        };
-        let (_, _, free) = ends(None);
-        let (lasted, reports, paced) = ends(Some(Duration::from_secs(3)));
-        assert!(lasted >= Duration::from_millis(2700), "{lasted:?}");
-        assert!(reports >= 10, "{reports} reports on the way");
-        assert!(free == paced);
-    }
-
     /// What a live run has reported.
-    #[cfg(feature = "gpu")]
+    #[cfg_attr(not(feature = "gpu"), expect(dead_code, reason = "only a test of devices reads all of it"))]
     struct Seen {
         moment: orograph_graph::Moment,
         values: Vec<(String, Value)>,
@@ -372,12 +345,35 @@ mod tests {
         on_device: bool,
     }
 
-    #[cfg(feature = "gpu")]
     fn next(news: &Receiver<News>) -> Seen {
         match news.recv_timeout(PATIENCE).expect("it reports") {
             News::Live { moment, values, warnings, on_device, .. } => Seen { moment, values, warnings, on_device },
             other => panic!("no news of the live run: {other:?}"),
         }
+    }
+
+    /// A run with a pace lasts that long, reports on the way, and ends as one without.
+    #[test]
+    fn a_paced_run_lasts_as_long_as_asked() {
+        let ends = |pace: Duration| {
+            let (live, news) = run(EvaluatorOptions::default());
+            live.ask(Ask::Run(subject(STORM)));
+            live.ask(Ask::Pace(pace));
+            live.ask(Ask::Go(true));
+            let (begun, mut reports) = (Instant::now(), 0);
+            loop {
+                let seen = next(&news);
+                if seen.moment.is_over() {
+                    return (begun.elapsed(), reports, seen.values);
+                }
+                reports += 1;
+            }
+        };
+        let (_, _, free) = ends(Duration::ZERO);
+        let (lasted, reports, paced) = ends(Duration::from_secs(3));
+        assert!(lasted >= Duration::from_millis(2700), "{lasted:?}");
+        assert!(reports >= 10, "{reports} reports on the way");
+        assert!(free == paced);
     }
 
     /// A device that is lost while the run goes on: pictures keep coming, and it ends as on the CPU alone. One that is
