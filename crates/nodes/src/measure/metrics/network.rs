@@ -47,6 +47,7 @@ impl Network {
     ) -> Result<Self, NodeError> {
         let (nx, ny) = (land.nx(), land.ny());
         let heights = land.height.plane(0);
+        let neighbours = Neighbours::new(nx, ny);
         let is_sea = |cell: usize| land.sea_m.is_some_and(|sea_m| f64::from(heights[cell]) < sea_m);
         let mut flood = Flood::new(land);
         // where water leaves: the border, cells beside voids, the sea
@@ -54,7 +55,7 @@ impl Network {
             let (x, y) = (cell % nx, cell / nx);
             let border = x == 0 || y == 0 || x + 1 == nx || y + 1 == ny;
             heights[cell].is_finite()
-                && (border || is_sea(cell) || around(nx, ny, cell).any(|(_, next)| heights[next].is_nan()))
+                && (border || is_sea(cell) || neighbours.of(cell).any(|next| heights[next].is_nan()))
         });
         (0..nx * ny).filter(|&cell| leaves[cell]).for_each(|cell| flood.begin(cell));
         flood.run(order, check)?;
@@ -126,14 +127,33 @@ impl Network {
     }
 }
 
-/// The neighbours of a cell with their directions, in the order E, NE, N, NW, W, SW, S, SE.
-pub(super) fn around(nx: usize, ny: usize, cell: usize) -> impl Iterator<Item = (usize, usize)> {
-    // divisions of 32 bits are faster
-    let (x, y) = ((cell as u32 % nx as u32) as i32, (cell as u32 / nx as u32) as i32);
-    STEPS.iter().enumerate().filter_map(move |(direction, (dx, dy))| {
-        let (x, y) = (x + dx, y + dy);
-        (x >= 0 && y >= 0 && x < nx as i32 && y < ny as i32).then(|| (direction, y as usize * nx + x as usize))
-    })
+/// The neighbours of cells of a raster.
+pub(super) struct Neighbours {
+    nx: u32,
+    ny: u32,
+    /// How far the neighbours of a cell are from it in a raster.
+    offsets: [i32; 8],
+}
+
+impl Neighbours {
+    pub fn new(nx: usize, ny: usize) -> Self {
+        let offsets = STEPS.map(|(dx, dy)| dy * nx as i32 + dx);
+        Self { nx: nx as u32, ny: ny as u32, offsets }
+    }
+
+    /// The neighbours of a cell in the order E, NE, N, NW, W, SW, S, SE.
+    pub fn of(&self, cell: usize) -> impl Iterator<Item = usize> {
+        // divisions of 32 bits are faster
+        let (x, y) = (cell as u32 % self.nx, cell as u32 / self.nx);
+        let is_inside = x > 0 && y > 0 && x + 1 < self.nx && y + 1 < self.ny;
+        (0..8).filter_map(move |k| {
+            let is_there = is_inside || {
+                let (dx, dy) = STEPS[k];
+                x.wrapping_add_signed(dx) < self.nx && y.wrapping_add_signed(dy) < self.ny
+            };
+            is_there.then(|| cell.wrapping_add_signed(self.offsets[k] as isize))
+        })
+    }
 }
 
 /// The neighbour of steepest descent of a cell that is not on the border; the cell itself if none is lower.
@@ -197,7 +217,7 @@ impl<'a> Flood<'a> {
     }
 
     fn run(&mut self, order: &[u32], check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<(), NodeError> {
-        let (nx, ny) = (self.nx, self.ny);
+        let neighbours = Neighbours::new(self.nx, self.ny);
         let mut rising = from_the_bottom(self.heights, order).peekable();
         while let Some(cell) = self.next(&mut rising) {
             if self.order.len().is_multiple_of(1 << 16) {
@@ -205,7 +225,7 @@ impl<'a> Flood<'a> {
             }
             self.order.push(cell);
             let (level, still) = (self.level[cell as usize] + self.step, self.still[cell as usize]);
-            for (_, next) in around(nx, ny, cell as usize) {
+            for next in neighbours.of(cell as usize) {
                 let height = self.heights[next];
                 if !self.level[next].is_nan() || height.is_nan() {
                     continue;

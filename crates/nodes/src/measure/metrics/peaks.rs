@@ -1,6 +1,6 @@
 //! Peaks and their prominence: how far the ground falls before it rises to a higher peak.
 
-use super::{Land, Params, network::around, put};
+use super::{Land, Params, network::Neighbours, put};
 use crate::prelude::*;
 use orograph_graph::{Axis, Series};
 
@@ -43,7 +43,7 @@ pub(super) fn measure(
 /// All summits, from the highest, by joining cells from the top down. `area` of a plateau counts as one summit.
 fn peaks(land: &Land<'_>, order: &[u32], check: &dyn Fn() -> Result<(), NodeError>) -> Result<Vec<Peak>, NodeError> {
     const NONE: u32 = u32::MAX;
-    let (nx, ny, heights) = (land.nx(), land.ny(), land.samples());
+    let (neighbours, heights) = (Neighbours::new(land.nx(), land.ny()), land.samples());
     let mut peaks: Vec<Peak> = Vec::new();
     // the summit of each cell that is above water, and the higher summit that each summit is joined to
     let mut summit = vec![NONE; heights.len()];
@@ -65,12 +65,14 @@ fn peaks(land: &Land<'_>, order: &[u32], check: &dyn Fn() -> Result<(), NodeErro
             continue;
         }
         lowest = elevation;
-        let mut own = NONE;
-        for (_, next) in around(nx, ny, cell as usize) {
-            if summit[next] == NONE {
+        let (mut own, mut last) = (NONE, NONE);
+        for next in neighbours.of(cell as usize) {
+            // most neighbours belong to one summit
+            if summit[next] == NONE || summit[next] == last {
                 continue;
             }
-            let other = find(&mut joined, summit[next]);
+            last = summit[next];
+            let other = find(&mut joined, last);
             if own == NONE || own == other {
                 own = other;
                 continue;

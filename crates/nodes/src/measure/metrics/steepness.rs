@@ -114,11 +114,8 @@ impl Tree {
     /// How far elevations are from one function of chi: the sum of their differences in the order of chi, less the
     /// relief, over the relief (Goren et al. 2014, Hergarten et al. 2016).
     fn disorder(&self, concavity: f64) -> f64 {
-        // chi is not negative, so that its bits have its order
-        let chi = self.chi(concavity);
-        let mut order: Vec<(u64, u32)> = chi.iter().zip(0..).map(|(chi, cell)| (chi.to_bits(), cell)).collect();
-        order.sort_unstable();
-        let level = |place: usize| self.level[order[place].1 as usize];
+        let order = ranked(&self.chi(concavity));
+        let level = |place: usize| self.level[order[place] as usize];
         let total: f64 = (1..order.len()).map(|place| (level(place) - level(place - 1)).abs()).sum();
         let low = self.level.iter().copied().fold(f64::INFINITY, f64::min);
         let high = self.level.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -151,6 +148,28 @@ impl Tree {
         let best = disorder.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         best.map_or(f64::NAN, |(at, _)| tried[at])
     }
+}
+
+/// The cells in the order of chi, equal ones by number. There are as many bins as cells, each of which is sorted.
+fn ranked(chi: &[f64]) -> Vec<u32> {
+    let most = chi.iter().copied().fold(0.0, f64::max);
+    let last = chi.len().saturating_sub(1);
+    let per_chi = if most > 0.0 { chi.len() as f64 / most } else { 0.0 };
+    let bin = |chi: f64| ((chi * per_chi) as usize).min(last);
+    let mut ends = vec![0_usize; chi.len()];
+    chi.iter().for_each(|&chi| ends[bin(chi)] += 1);
+    (1..ends.len()).for_each(|at| ends[at] += ends[at - 1]);
+    let mut order = vec![0_u32; chi.len()];
+    let mut starts = ends.clone();
+    for (cell, &chi) in chi.iter().enumerate().rev() {
+        let place = &mut starts[bin(chi)];
+        *place -= 1;
+        order[*place] = cell as u32;
+    }
+    for (start, end) in starts.into_iter().zip(ends).filter(|(start, end)| end - start > 1) {
+        order[start..end].sort_by(|&a, &b| chi[a as usize].total_cmp(&chi[b as usize]));
+    }
+    order
 }
 
 /// Chi of the largest basins (Perron and Royden 2013).
