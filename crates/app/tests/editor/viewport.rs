@@ -1,6 +1,6 @@
 //! Tests of the viewport.
 
-use egui::{Event, Key, Modifiers, pos2};
+use egui::{Event, Key, Modifiers, ViewportId, pos2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::Edit;
@@ -46,6 +46,49 @@ fn the_shown_output_is_seen_in_3d_and_as_a_map() {
         assert!(colours(picture) > 20, "{name}: {} colours", colours(picture));
     }
     assert!(land != map);
+}
+
+/// Moves a window to a display of this scale, where it keeps its size in points.
+fn onto(window: &mut Harness<'_, App>, scale: f32) {
+    let root = window.input_mut().viewports.entry(ViewportId::ROOT).or_default();
+    root.native_pixels_per_point = Some(scale);
+    window.run_steps(4);
+}
+
+/// The viewport in a picture of this scale.
+fn of_the_viewport(picture: &image::RgbaImage, scale: u32) -> image::RgbaImage {
+    let [x, y, width, height] = [20, 100, 900, 280].map(|points| points * scale);
+    image::imageops::crop_imm(picture, x, y, width, height).to_image()
+}
+
+/// Dragged to a display with another scale, a window of the same size in points is drawn as if it had opened there.
+#[test]
+fn a_window_may_move_to_a_display_of_another_scale() {
+    crate::draws();
+    for view in ["3D", "Map"] {
+        let opened = |scale: f32| {
+            let mut window = hello();
+            onto(&mut window, scale);
+            window.get_by_label(view).click();
+            window.run_steps(4);
+            window
+        };
+        let [mut moved, mut there] = [1.0, 2.0].map(opened);
+        // the pictures contain what the pointer reads
+        moved.event(Event::PointerMoved(pos2(400.0, 250.0)));
+        there.event(Event::PointerMoved(pos2(400.0, 250.0)));
+        let Some(before) = picture(&mut moved, &format!("display_before_{view}")) else { return };
+        onto(&mut moved, 2.0);
+        let after = picture(&mut moved, &format!("display_after_{view}")).expect("there was one");
+        let fresh = picture(&mut there, &format!("display_fresh_{view}")).expect("there was one");
+        assert_eq!([after.width(), after.height()], [2 * before.width(), 2 * before.height()], "{view}");
+        let [after, fresh] = [after, fresh].map(|picture| of_the_viewport(&picture, 2));
+        assert!(after == fresh, "{view}: it differs from a window that opened there");
+        onto(&mut moved, 1.0);
+        let Some(back) = picture(&mut moved, &format!("display_back_{view}")) else { return };
+        let [before, back] = [before, back].map(|picture| of_the_viewport(&picture, 1));
+        assert!(before == back, "{view}: it differs after it moved back");
+    }
 }
 
 #[test]
