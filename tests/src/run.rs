@@ -62,7 +62,7 @@ fn registry() -> Registry {
 const PICTURE_LAND: &str = r#"
     "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
     "rise": Uplift(radius: "9 km", rate: "1.2 mm/yr"),
-    "base": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38),
+    "base": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
     "other": Perlin(wavelength: "5 km", amplitude: "900 m"),
     "patches": Perlin(wavelength: "4 km", amplitude: "1 m", seed: 3),
     "mask": Select(value: "patches", from: 0.05, falloff: 0.1),
@@ -168,7 +168,7 @@ const SUBJECTS: [Subject; 4] = [
         land: r#"
             "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
             "rise":  Uplift(radius: "9 km", rate: "1.2 mm/yr"),
-            "range": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38),
+            "range": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
             "base":  Blur(value: "range", radius: 450),
         "#,
     },

@@ -99,7 +99,7 @@ fn a_refused_export_shows_the_reason() {
 
 /// A graph that takes some seconds to build.
 const SLOW: &str = "(world: (size: \"20 km\", cells: 1536, seed: 3), nodes: { \"land\": Ridged(), \
-                    \"rivers\": StreamPower(version: 8, height: \"land\", duration: \"900 kyr\") }, outputs: { \"height\": \"rivers\" })";
+                    \"rivers\": StreamPower(version: 9, height: \"land\", duration: \"900 kyr\") }, outputs: { \"height\": \"rivers\" })";
 
 #[test]
 fn builds_wait_for_each_other_and_can_be_cancelled() {

@@ -12,8 +12,8 @@ use super::{
     waves::Waves,
 };
 
-/// Spectral slopes of the hardness and of the slope at which rock gives way.
-const SPECTRAL_SLOPES: [f64; 2] = [2.5, 2.4];
+/// Spectral slopes of the hardness, of the slope at which rock gives way and of the length of hillslopes.
+const SPECTRAL_SLOPES: [f64; 3] = [2.5, 2.4, 3.0];
 /// How much longer rock is along its strike than across it.
 const STRETCH: f64 = 2.5;
 /// Waves are cut off at so many standard deviations.
@@ -66,6 +66,14 @@ impl Bodies {
             };
         });
         Ok(steepest)
+    }
+
+    /// Returns how long the hillslopes of each cell are, in standard deviations of the logarithm from the mean.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub(crate) fn hillslopes(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        self.waves(job, 2, STRETCH)
     }
 
     fn waves(&self, job: &Job<'_>, which: usize, stretch: f64) -> Result<Vec<f32>, NodeError> {

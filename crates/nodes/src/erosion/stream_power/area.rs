@@ -18,6 +18,10 @@ const HEADWATERS: f64 = 0.2;
 const NEWEST: f32 = 0.15;
 /// Numbers of cells whose power is computed beforehand.
 const POWERS: u32 = 4096;
+/// Standard deviations at which the waves of A₀ are cut off: cells must hold the shortest hillslopes.
+const CUT_OFF: [f32; 2] = [-1.0, 2.0];
+/// By how much harder rock is where A₀ varies, so that slopes keep their mean: the logarithm, per squared deviation.
+const HARDER: f64 = 0.04;
 
 /// Drainage area of every cell. Where it rains p times the mean, a cell counts p times: discharge over the mean rain.
 #[derive(Debug)]
@@ -30,6 +34,10 @@ pub struct Area<'a> {
     /// A₀ᵐ, which the law adds to Aᵐ.
     headwater: f64,
     m: f64,
+    /// The root of A₀ᵐ over its mean, of each cell; empty where A₀ is the same everywhere.
+    headwaters: Vec<f32>,
+    /// The factor by which all rock is harder where A₀ varies.
+    harder: f64,
     /// The area that cuts, where that is not the cell's own: floors of valleys are cut by their river.
     widened: Vec<f32>,
     /// The mean of what drained through each cell over the last steps, in cells. Where it is below `spread_below` it is
@@ -71,6 +79,8 @@ impl<'a> Area<'a> {
             headwater_m2: heads.headwater_m2,
             headwater,
             m,
+            headwaters: Vec::new(),
+            harder: 1.0,
             widened,
             spread,
             spread_below,
@@ -80,6 +90,16 @@ impl<'a> Area<'a> {
         };
         area.powers = (0..POWERS).map(|cells| area.compute(law, f64::from(cells.max(1)))).collect();
         area
+    }
+
+    /// Lets A₀ vary in waves of so many standard deviations.
+    pub fn vary_headwaters(&mut self, deviation: f64, mut waves: Vec<f32>) {
+        let half = 0.5 * self.m * deviation;
+        par::change(&mut waves, |root| {
+            *root = math::exp(half * f64::from(root.clamp(CUT_OFF[0], CUT_OFF[1]))) as f32;
+        });
+        self.headwaters = waves;
+        self.harder = math::exp(HARDER * deviation * deviation);
     }
 
     /// Adds up what drains through each cell, and orders the cells for it.
@@ -117,7 +137,7 @@ impl<'a> Area<'a> {
     /// Keeps the areas alone, and nothing that only another step would need.
     #[must_use]
     pub fn end(self) -> Self {
-        Self { widened: Vec::new(), spread: Vec::new(), ..self }
+        Self { headwaters: Vec::new(), widened: Vec::new(), spread: Vec::new(), ..self }
     }
 
     /// Takes the areas of a step into the mean of the last ones.
@@ -163,10 +183,23 @@ impl<'a> Area<'a> {
         &mut self.widened
     }
 
-    /// The factor Aᵐ + A₀ᵐ of the law, as a coefficient.
+    /// The factor Aᵐ + A₀ᵐ of the law, as a coefficient. Where A₀ᵐ is f times its mean, all of it is divided by √f.
     #[must_use]
     #[inline(always)]
     pub fn power(&self, law: &Law, cell: usize) -> f64 {
+        let power = self.power_of_the_mean(law, cell);
+        match self.headwaters.get(cell) {
+            Some(&root) => {
+                let root = f64::from(root);
+                law.coefficient((law.value(power) + (root * root - 1.0) * self.headwater) / (root * self.harder))
+            }
+            None => power,
+        }
+    }
+
+    /// The factor with the mean of A₀.
+    #[inline(always)]
+    fn power_of_the_mean(&self, law: &Law, cell: usize) -> f64 {
         if let Some(&widened) = self.widened.get(cell)
             && f64::from(widened) > self.m2(cell)
         {
@@ -263,5 +296,25 @@ mod tests {
         uneven.drained = Drained::Rain { sums: vec![0.0, 16.0, 40_000.0], rain: &rain };
         assert_eq!([0, 1, 2].map(|cell| uneven.power(&law, cell)), [30.0, 40.0, 2000.0]);
         assert_eq!(uneven.m2(1), 1600.0);
+    }
+
+    /// Where A₀ is four times its mean, the law is (√A + 2 √A₀) / √2 of it, for any exponent n.
+    #[test]
+    fn long_hillslopes_have_hard_rock() {
+        for n in [1.0, 1.3] {
+            let law = Law::new(n);
+            let heads = Heads { critical_m2: 0.0, headwater_m2: 1e4, m: 0.5 };
+            let mut area = Area::new(&law, 2, Lane::Constant(1.0), 100.0, heads, Scheme::SingleGrid);
+            area.drained = Drained::Cells(vec![400, 400]);
+            let deviation = std::f64::consts::LN_2;
+            area.vary_headwaters(deviation, vec![2.0, 0.0]);
+            let harder = math::exp(HARDER * deviation * deviation);
+            let expected = [400.0 / std::f64::consts::SQRT_2, 300.0];
+            for (cell, expected) in expected.into_iter().enumerate() {
+                let found = law.value(area.power(&law, cell)) * harder;
+                // 1e-7: roots are kept in single precision
+                assert!((found / expected - 1.0).abs() < 1e-7, "{n}, {cell}: {found} {expected}");
+            }
+        }
     }
 }

@@ -29,12 +29,16 @@ use crate::{
     numerics::{
         hillslope::Hillslope,
         par,
-        rock::tangent,
+        rock::{Bodies, tangent},
         routing::{Depressions, Drainage, Grid, Outlet, receivers},
         waves::SHORTEST_CELLS,
     },
     prelude::*,
 };
+
+/// Wavelengths in which A₀ varies, the longest in √A₀ and the shortest as a share of it.
+const HILLSLOPES: f64 = 20.0;
+const HILLSLOPE_WAVES: f64 = 1.0 / 16.0;
 
 /// The state of a run, and what does not change during it.
 pub struct Land<'a> {
@@ -224,13 +228,19 @@ impl<'a> Land<'a> {
             (None, Lane::Constant(degrees)) => Steepest::Everywhere(tangent(degrees)),
             (None, Lane::Samples(degrees)) => Steepest::Each(par::map_of(degrees, |&degrees| tangent(degrees) as f32)),
         };
+        let mut area = Area::new(&law, cells, inputs.rain, cell_m * cell_m, heads, scheme);
+        if params.headwater_variation > 0.0 && params.headwater_area > 0.0 {
+            let longest_m = HILLSLOPES * params.headwater_area.sqrt();
+            let waves = Bodies { longest_m, shortest_m: HILLSLOPE_WAVES * longest_m }.hillslopes(job)?;
+            area.vary_headwaters(params.headwater_variation, waves);
+        }
         Ok(Self {
             heights: par::map_of(start.samples(), |&height| f64::from(height)),
             codes: zeroed(cells)?,
             tangents: zeroed(if params.receivers == Receivers::RhoInfinity { cells } else { 0 })?,
             depressions: Depressions::default(),
             drainage: Drainage::default(),
-            area: Area::new(&law, cells, inputs.rain, cell_m * cell_m, heads, scheme),
+            area,
             cell_m,
             tectonics: Tectonics::new(&inputs, params),
             time_yr: 0.0,

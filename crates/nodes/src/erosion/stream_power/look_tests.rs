@@ -109,7 +109,7 @@ fn hillslopes_in_balance_have_the_headwater_slope() {
     let given = values.map(|(name, value)| (name, Field::constant(*height.window(), value)));
     let mut fields: Vec<(&str, &Field)> = given.iter().map(|(name, field)| (*name, field)).collect();
     fields.push(("height", &height));
-    let plain = "schedule=full,headwater_area=1e6,valley_width=0,roughness=0,rounding=0,winding=0,variation=0,\
+    let plain = "schedule=full,headwater_area=1e6,headwater_variation=0,valley_width=0,roughness=0,rounding=0,winding=0,variation=0,\
                  repose_variation=0,receivers=d8";
     let params = testing::with_params(&NODE, &format!("{plain},duration=5e6,time_step=1e5"));
     let found = testing::run(&NODE, &params, &fields, "height").into_samples();
@@ -178,13 +178,39 @@ fn hillslopes_are_rough_and_as_high_as_smooth_ones() {
         found[found.len() / 2]
     };
     let mean = |heights: &[f32]| heights.iter().map(|height| f64::from(*height)).sum::<f64>() / heights.len() as f64;
-    // with feet in both
-    let [rough, smooth] = ["", "roughness=0.001"].map(|changes| output(changes, "height"));
+    // with feet in both, and hillslopes of one length, to which the lengths of knolls are fitted
+    let [rough, smooth] = ["headwater_variation=0", "headwater_variation=0,roughness=0.001"]
+        .map(|changes| output(changes, "height"));
     // real mountains with cells of 30 to 90 m: 0.22 to 0.31
     let [rough_along, smooth_along] = [&rough, &smooth].map(|heights| along(heights));
     assert!(rough_along > 0.15 && rough_along > 1.3 * smooth_along, "{rough_along} {smooth_along}");
     let ratio = mean(&rough) / mean(&smooth);
     assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+}
+
+/// Where hillslopes are long the ground is smooth, where they are short it is bent more: from tile to tile of 3 km, the
+/// mean curvature differs more than with hillslopes of one length. Land is as high, within some percent.
+#[test]
+fn hillslopes_have_many_lengths() {
+    const SIDE: usize = 320;
+    const TILE: usize = 40;
+    let [one, many] = ["headwater_variation=0", "headwater_variation=1.5"].map(|changes| {
+        let heights = output_on(SIDE, CELL_M, changes, "height");
+        let at = |x: usize, y: usize| f64::from(heights[y * SIDE + x]);
+        let bent =
+            |x: usize, y: usize| (at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4.0 * at(x, y)).abs();
+        let tile = |x: usize, y: usize| {
+            let cells = (y + 1..y + TILE - 1).flat_map(|y| (x + 1..x + TILE - 1).map(move |x| (x, y)));
+            cells.map(|(x, y)| bent(x, y)).sum::<f64>()
+        };
+        let corners = || (0..SIDE).step_by(TILE);
+        let tiles: Vec<f64> = corners().flat_map(|y| corners().map(move |x| tile(x, y))).collect();
+        let mean = tiles.iter().sum::<f64>() / tiles.len() as f64;
+        let variance = tiles.iter().map(|tile| (tile - mean) * (tile - mean)).sum::<f64>() / tiles.len() as f64;
+        [variance.sqrt() / mean, heights.iter().map(|height| f64::from(*height)).sum()]
+    });
+    assert!(many[0] > 1.3 * one[0], "{one:?} {many:?}");
+    assert!((many[1] / one[1] - 1.0).abs() < 0.05, "{one:?} {many:?}");
 }
 
 /// On small cells, steep rough ground has no walls along rows or columns: few cells are bent across a row or a column by

@@ -62,6 +62,7 @@ fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
         + when(params.valley_width > 0.0, 4.0)
         // the ground
         + when(params.headwater_area > 0.0 && params.roughness > 0.0, 4.0)
+        + when(params.headwater_area > 0.0 && params.headwater_variation > 0.0, 4.0)
         + when(params.variation_size > 0.0 && (params.variation > 0.0 || params.repose_variation > 0.0), 4.0)
         + when(params.variation_size > 0.0 && params.repose_variation > 0.0, 4.0);
     let step = if !has_steps {

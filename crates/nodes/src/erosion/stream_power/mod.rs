@@ -89,6 +89,10 @@ params! {
     /// Hillslopes that balance an uplift U are as steep as S₀ = (U / (K A₀ᵐ))^(1/n). With 0, only rivers cut
     /// headwaters.
     headwater_area: f64 = 5e5, SquareMetres, 0.0..=1e12, soft 0..=5e6;
+    /// How much `headwater_area` varies from place to place: the standard deviation of its natural logarithm.
+    ///
+    /// Long smooth slopes beside slopes with many gullies, in waves of some 20 √A₀, as in real land.
+    headwater_variation: f64 = 1.5, One, 0.0..=3.0, soft 0..=2;
     /// Drainage area at which rivers begin, if `headwater_area` is 0; with 0 they begin in every cell.
     ///
     /// Smaller areas erode as if they were this large.
@@ -190,7 +194,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 8,
+    version: 9,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -217,6 +221,7 @@ pub static NODE: Node = Node {
         // `method: analytical` is on levels
         Migration { from: 6, steps: &[] },
         Migration { from: 7, steps: &[Step::Keep { name: "winding", value: "0" }] },
+        Migration { from: 8, steps: &[Step::Keep { name: "headwater_variation", value: "0" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
