@@ -188,6 +188,33 @@ fn a_new_line_carves_the_shown_terrain() {
     assert_eq!(graph.port_name(source), "rivers.height");
 }
 
+#[test]
+fn a_road_is_a_carve_with_the_parameters_of_a_road() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(64);
+    settle(&mut window);
+    let before = steps(&window);
+    for name in ["Draw", "New ⏷", "Road"] {
+        window.get_by_label(name).click();
+        window.run_steps(3);
+    }
+    assert_eq!(window.state().session().selected(), Some("road"));
+    assert_eq!(steps(&window), before + 1, "one step to undo");
+    let source = window.state().session().document().source();
+    let text = source.split("\"road\": ").nth(1).and_then(|rest| rest.split(')').next()).expect("a node");
+    for part in ["Carve(", "mode: grade", "course: graded", "profile: flat", "depth: 0", "wander: 0", "raggedness: 0"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    settle(&mut window);
+    for at in [pos2(400.0, 250.0), pos2(520.0, 290.0)] {
+        click(&mut window, at);
+    }
+    assert_eq!(path(&window, "road").len(), 2);
+    settle(&mut window);
+    let session = window.state().session();
+    assert!(session.built("road.height").is_some() && !session.document().has_errors());
+}
+
 /// Ten thousand points are shown and dragged; what is outside of the world is drawn too.
 #[test]
 fn a_point_of_a_long_line_is_dragged() {

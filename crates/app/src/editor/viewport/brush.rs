@@ -6,7 +6,11 @@
 use egui::Key;
 use orograph_graph::{Edit, Kind, ParamValue, PortType, Stroke, Tool, Unit};
 
-use super::{insert, look::Over, map::Pointer};
+use super::{
+    insert::{self, New},
+    look::Over,
+    map::Pointer,
+};
 use crate::editor::{Session, arithmetic::calculated, window::names::Named as _};
 
 /// The name of a tool, and its tooltip.
@@ -279,5 +283,5 @@ fn lay(session: &mut Session, shown: &str) {
         session.note("only heightfields can be painted on; show one first", true);
         return;
     }
-    insert::after(session, kind, shown);
+    insert::after(session, New::of(kind), shown);
 }
