@@ -55,6 +55,8 @@ fn a_preview_on_larger_cells_than_expected_misses_nothing() {
     let mut window = window(Some(file.path().join("graph.ron")));
     until(&mut window, "the terrain is measured", |window| window.state().session().checked().is_some());
     assert!(titled(&window, 0));
+    window.run_steps(3);
+    assert!(window.query_by_label("–").is_some() && window.query_by_label("⚠").is_none(), "nor in the inspector");
     window.get_by_label("Problems").click();
     window.run_steps(3);
     assert!(window.query_by_label("expected on cells of 10 m, but those of the world are 50 m").is_some());
