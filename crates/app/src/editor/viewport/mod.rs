@@ -222,6 +222,8 @@ impl Viewport {
     /// Draws the shown output. Returns the drawn outputs that can have a finer part, of each side.
     fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) -> Vec<Vec<String>> {
         self.bar(ui, session);
+        let (in_3d, is_on) = (self.mode == Mode::Terrain, self.tool == Tool::Brush);
+        self.brush.reveal(session, &mut self.look.over, in_3d, is_on);
         let port = session.shown();
         let compared = session.compared().map(str::to_owned);
         let parts = [&port, &compared].map(|port| {
