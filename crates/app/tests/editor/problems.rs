@@ -44,6 +44,8 @@ fn an_empty_graph_has_no_problems() {
     assert!(window.state_mut().session_mut().apply(&edit));
     window.run_steps(3);
     assert!(window.query_by_label("Problems (1)").is_some(), "now an output is missing");
+    assert!(window.query_by_label("tick “output” on a node in the inspector").is_some());
+    assert!(window.query_by_label_contains("line 1").is_none(), "advice for the window, not for the file");
 }
 
 #[test]
