@@ -1,10 +1,15 @@
 //! Tests of the brush.
 
-use egui::pos2;
-use egui_kittest::kittest::Queryable as _;
+use egui::{Key, Modifiers, pos2};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
 use orograph_graph::{ParamValue, Stroke};
 
-use crate::{graph, hand::drag, picture, settle, window};
+use crate::{
+    device, graph,
+    hand::{drag, key, title, type_text},
+    picture, settle, window,
+};
 
 #[test]
 fn strokes_are_painted_and_undone_one_by_one() {
@@ -91,14 +96,86 @@ fn a_stroke_within_one_slow_frame_is_painted_and_its_mask_shown() {
     window.get_by_label("Raise").click();
     window.run_steps(3);
     assert_eq!(window.state().session().pinned(), None, "heights are painted on the land again");
+    window.get_by_label("Mask").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().pinned(), Some("paint.mask"));
+    window.get_by_label("Brush").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().pinned(), None, "the mask is hidden with the brush");
 }
 
-fn height(window: &egui_kittest::Harness<'_, orograph::editor::App>, port: &str) -> Vec<f32> {
+/// The recipe of the manual.
+#[test]
+fn a_lake_is_painted() {
+    crate::draws();
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    for name in ["Brush", "Add a Paint node here", "Lower"] {
+        window.get_by_label(name).click();
+        window.run_steps(3);
+    }
+    settle(&mut window);
+    drag(&mut window, pos2(440.0, 250.0), pos2(500.0, 280.0));
+    assert_eq!(strokes(&window).len(), 1);
+    let empty = title(&window, "paint") + egui::vec2(120.0, 150.0);
+    window.hover_at(empty);
+    window.run_steps(2);
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    type_text(&mut window, "lake");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(window.state().session().shown().as_deref(), Some("lakes.level"));
+    settle(&mut window);
+    let deepened = height(&window, "lakes.level").into_iter().zip(height(&window, "paint.height")).map(|(a, b)| a - b);
+    let deepest = deepened.fold(0.0, f32::max);
+    assert!(deepest > 20.0, "the hollow holds water: {deepest} m");
+    if device::missing().is_none() {
+        window.get_by_label("3D").click();
+        picture(&mut window, "painted_lake");
+    }
+}
+
+#[test]
+fn a_mask_over_the_terrain_is_hidden_with_the_brush() {
+    crate::draws();
+    if device::skips("a mask over the terrain") {
+        return;
+    }
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(64);
+    settle(&mut window);
+    window.get_by_label("Brush").click();
+    window.run_steps(3);
+    window.get_by_label("Add a Paint node here").click();
+    window.run_steps(3);
+    settle(&mut window);
+    let is_over = |window: &mut Harness<'_, App>, colours: &str| {
+        window.get_by_label("Look").click();
+        window.run_steps(3);
+        let is_over = window.query_by_label(&format!("Colours: {colours}")).is_some();
+        window.key_press(Key::Escape);
+        window.run_steps(3);
+        is_over
+    };
+    let usual = "by slope and height";
+    for ends in ["Raise", "Brush"] {
+        assert!(is_over(&mut window, usual));
+        window.get_by_label("Mask").click();
+        window.run_steps(3);
+        assert!(is_over(&mut window, "paint.mask"));
+        window.get_by_label(ends).click();
+        window.run_steps(3);
+        assert!(is_over(&mut window, usual), "{ends}");
+    }
+}
+
+fn height(window: &Harness<'_, App>, port: &str) -> Vec<f32> {
     let built = window.state().session().small(port).expect("it is built");
     built.value.as_field().expect("a field").samples().to_vec()
 }
 
-fn strokes(window: &egui_kittest::Harness<'_, orograph::editor::App>) -> Vec<Stroke> {
+fn strokes(window: &Harness<'_, App>) -> Vec<Stroke> {
     let graph = window.state().session().document().graph();
     match graph.instance(graph.find("paint").expect("it is there")).params.get("strokes") {
         Some(ParamValue::Strokes(strokes)) => strokes.clone(),

@@ -188,6 +188,58 @@ fn a_new_line_carves_the_shown_terrain() {
     assert_eq!(graph.port_name(source), "rivers.height");
 }
 
+#[test]
+fn a_road_is_a_carve_with_the_parameters_of_a_road() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(64);
+    settle(&mut window);
+    let before = steps(&window);
+    for name in ["Draw", "New ⏷", "Road"] {
+        window.get_by_label(name).click();
+        window.run_steps(3);
+    }
+    assert_eq!(window.state().session().selected(), Some("road"));
+    assert_eq!(steps(&window), before + 1, "one step to undo");
+    let source = window.state().session().document().source();
+    let text = source.split("\"road\": ").nth(1).and_then(|rest| rest.split(')').next()).expect("a node");
+    for part in ["Carve(", "mode: grade", "course: graded", "profile: flat", "depth: 0", "wander: 0", "raggedness: 0"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    settle(&mut window);
+    for at in [pos2(400.0, 250.0), pos2(520.0, 290.0)] {
+        click(&mut window, at);
+    }
+    assert_eq!(path(&window, "road").len(), 2);
+    settle(&mut window);
+    let session = window.state().session();
+    assert!(session.built("road.height").is_some() && !session.document().has_errors());
+}
+
+/// The bar of the tool lies on the picture, which stays where it is.
+#[test]
+fn the_ground_stays_where_it_is_when_a_drawing_begins_and_ends() {
+    let (_folder, mut window) = opened(LAND, "hole");
+    let now = |window: &Harness<'_, App>| {
+        let handle = window.get_by_label("point 1 of centre: x 250 m, y 250 m").rect();
+        (window.get_by_label("map of the terrain").rect(), handle)
+    };
+    let before = now(&window);
+    window.get_by_label("Draw").click();
+    window.run_steps(3);
+    assert_eq!(now(&window), before);
+    let new = window.get_by_label("New ⏷").rect();
+    assert!(before.0.contains_rect(new), "{new:?} in {before:?}");
+    // a click between the buttons draws nothing
+    let steps_before = steps(&window);
+    click(&mut window, pos2(before.0.right() - 6.0, new.center().y));
+    assert_eq!((steps(&window), point(&window, "hole")), (steps_before, [250.0, 250.0]));
+    window.hover_at(before.0.center());
+    window.run_steps(2);
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    assert!(window.query_by_label("New ⏷").is_none());
+    assert_eq!(now(&window), before);
+}
+
 /// Ten thousand points are shown and dragged; what is outside of the world is drawn too.
 #[test]
 fn a_point_of_a_long_line_is_dragged() {

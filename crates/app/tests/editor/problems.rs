@@ -44,6 +44,8 @@ fn an_empty_graph_has_no_problems() {
     assert!(window.state_mut().session_mut().apply(&edit));
     window.run_steps(3);
     assert!(window.query_by_label("Problems (1)").is_some(), "now an output is missing");
+    assert!(window.query_by_label("tick “output” on a node in the inspector").is_some());
+    assert!(window.query_by_label_contains("line 1").is_none(), "advice for the window, not for the file");
 }
 
 #[test]
@@ -55,6 +57,8 @@ fn a_preview_on_larger_cells_than_expected_misses_nothing() {
     let mut window = window(Some(file.path().join("graph.ron")));
     until(&mut window, "the terrain is measured", |window| window.state().session().checked().is_some());
     assert!(titled(&window, 0));
+    window.run_steps(3);
+    assert!(window.query_by_label("–").is_some() && window.query_by_label("⚠").is_none(), "nor in the inspector");
     window.get_by_label("Problems").click();
     window.run_steps(3);
     assert!(window.query_by_label("expected on cells of 10 m, but those of the world are 50 m").is_some());

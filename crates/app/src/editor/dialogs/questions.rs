@@ -78,7 +78,7 @@ impl Questions {
     /// Shows the open file, and whether it is saved, in the window's title.
     fn name_window(&mut self, context: &Context, session: &Session) {
         let mark = if session.is_dirty() { "\u{2022} " } else { "" };
-        let title = format!("{mark}{} \u{2013} Orograph", name(session));
+        let title = format!("{mark}{} \u{2013} Orograph", session.title());
         if title != self.title {
             context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;
@@ -123,12 +123,6 @@ impl Questions {
     }
 }
 
-fn name(session: &Session) -> String {
-    let name = session.path().and_then(|path| path.file_name());
-    let unnamed = || session.example().map_or_else(|| "Untitled".to_owned(), |example| format!("Copy of {example}"));
-    name.map_or_else(unnamed, |name| name.to_string_lossy().into_owned())
-}
-
 /// The folder for saving: that of the graph's file, or the current folder for a graph without one. The files of an
 /// example or an archive are elsewhere and are copied when the graph is saved.
 fn home(session: &Session) -> PathBuf {
@@ -153,7 +147,7 @@ fn first(ui: &mut Ui, new: bool, text: &str) -> egui::Response {
 }
 
 fn unsaved(ui: &mut Ui, session: &Session, command: &FileCommand, new: bool, answer: &mut Option<Answer>) {
-    ui.heading(format!("Save the changes to {}?", name(session)));
+    ui.heading(format!("Save the changes to {}?", session.title()));
     ui.label(match command {
         FileCommand::New => "A new graph will replace it.",
         FileCommand::Open(_) => "Another graph will replace it.",
@@ -187,7 +181,7 @@ fn exporting(ui: &mut Ui, new: bool, answer: &mut Option<Answer>) {
 }
 
 fn changed(ui: &mut Ui, session: &Session, conflicts: &[String], new: bool, answer: &mut Option<Answer>) {
-    ui.heading(format!("{} changed on disk", name(session)));
+    ui.heading(format!("{} changed on disk", session.title()));
     ui.label("You changed the same values here:");
     lines(ui, conflicts);
     buttons(ui, |ui| {
@@ -207,7 +201,7 @@ fn changed(ui: &mut Ui, session: &Session, conflicts: &[String], new: bool, answ
 }
 
 fn found(ui: &mut Ui, session: &Session, lost: &Lost, new: bool, answer: &mut Option<Answer>) {
-    ui.heading(format!("Work on {} was not saved", name(session)));
+    ui.heading(format!("Work on {} was not saved", session.title()));
     let steps = if lost.steps == 1 { "one step".to_owned() } else { format!("{} steps", lost.steps) };
     ui.label(format!("Last edited {}; you can undo {steps}.", ago(lost.when)));
     let warn = |ui: &mut Ui, text: &str| ui.label(RichText::new(text).color(ui.visuals().warn_fg_color));

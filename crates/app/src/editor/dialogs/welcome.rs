@@ -94,7 +94,7 @@ fn recent_files(ui: &mut Ui, recent: &[PathBuf]) -> Option<FileCommand> {
     let mut chosen = None;
     for path in recent.iter().take(RECENT) {
         ui.horizontal(|ui| {
-            if ui.link(file_name(Some(path))).on_hover_text(path.display().to_string()).clicked() {
+            if ui.link(file_name(path)).on_hover_text(path.display().to_string()).clicked() {
                 chosen = Some(FileCommand::Open(path.clone()));
             }
             let folder = path.parent().map(|folder| folder.display().to_string()).unwrap_or_default();

@@ -69,12 +69,14 @@ fn bounds(ui: &mut Ui, form: &mut FormState, session: &mut Session, one: &Expect
         if remove.on_hover_text("Expect nothing of this measure").clicked() {
             values = Some(Vec::new());
         }
-        if let Some(figure) = &figure {
-            let (mark, colour) = match figure.is_met() {
-                true => ("✔", ui.visuals().weak_text_color()),
-                false => ("⚠", ui.visuals().warn_fg_color),
+        if let Some((figure, is_coarse)) = figure {
+            let weak = ui.visuals().weak_text_color();
+            let (mark, colour, said) = match figure.is_met() {
+                true => ("✔", weak, format!("It is {}", one.display(figure.value))),
+                // as in the Problems pane
+                false if is_coarse => ("–", weak, format!("{}; it does not count at this cell size", figure.text())),
+                false => ("⚠", ui.visuals().warn_fg_color, figure.text()),
             };
-            let said = if figure.is_met() { format!("It is {}", one.display(figure.value)) } else { figure.text() };
             ui.label(RichText::new(mark).color(colour)).on_hover_text(said);
         }
     });
@@ -85,10 +87,11 @@ fn bounds(ui: &mut Ui, form: &mut FormState, session: &mut Session, one: &Expect
     form.reason(ui, id);
 }
 
-/// The figure that was measured for an expectation.
-fn figure(session: &Session, one: &Expectation) -> Option<Figure> {
+/// The figure that was measured for an expectation, and whether the cells are larger than those that it is about.
+fn figure(session: &Session, one: &Expectation) -> Option<(Figure, bool)> {
     let checked = session.checked()?.checked.as_ref().ok()?;
-    checked.figures.iter().find(|figure| figure.expectation == *one).cloned()
+    let figure = checked.figures.iter().find(|figure| figure.expectation == *one)?;
+    Some((figure.clone(), checked.is_coarse))
 }
 
 /// The name, the unit and the meaning of a measure.

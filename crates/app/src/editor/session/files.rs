@@ -110,6 +110,23 @@ impl Session {
         }
     }
 
+    /// Distinguishes the document from the others that this session has opened.
+    #[must_use]
+    pub const fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// The name of the document: that of its file or example, otherwise `Untitled`, with a number from the second one on.
+    #[must_use]
+    pub fn title(&self) -> String {
+        match (self.path().and_then(Path::file_name), &self.example) {
+            (Some(name), _) => name.to_string_lossy().into_owned(),
+            (None, Some(example)) => format!("Copy of {example}"),
+            (None, None) if self.nameless < 2 => "Untitled".to_owned(),
+            (None, None) => format!("Untitled {}", self.nameless),
+        }
+    }
+
     /// The question that you must answer first. Returns None when there is none.
     #[must_use]
     pub const fn question(&self) -> Option<&Question> {
@@ -280,10 +297,14 @@ impl Session {
 
     fn execute(&mut self, command: FileCommand) {
         match command {
-            FileCommand::New => self.start(Document::empty(self.document.registry()), None),
+            FileCommand::New => {
+                self.start(Document::empty(self.document.registry()), None);
+                self.nameless += 1;
+            }
             FileCommand::Open(path) => match Opened::new(&path, self.document.registry()) {
                 Ok(Opened { document, saved, unpacked }) => {
                     self.start(document, saved);
+                    self.nameless += u32::from(unpacked.is_some());
                     self.unpacked = unpacked;
                 }
                 Err(failure) => self.note(failure.to_string(), true),
@@ -303,6 +324,7 @@ impl Session {
     fn start(&mut self, document: Document, saved: Option<String>) {
         self.end_gesture();
         (self.document, self.saved, self.unpacked, self.example) = (document, saved, None, None);
+        self.number += 1;
         self.selection.clear();
         self.pinned = None;
         self.preferred.clear();

@@ -60,6 +60,10 @@ pub struct Session {
     unpacked: Option<Unpacked>,
     /// The example that this is a copy of, until it is saved under a name.
     example: Option<String>,
+    /// Number of documents that were open before this one.
+    number: u64,
+    /// Number of graphs without a name so far, this one included.
+    nameless: u32,
     selection: BTreeSet<String>,
     /// The pinned output of the viewport, as `node.port`, instead of the selected one.
     pinned: Option<String>,
@@ -138,6 +142,7 @@ impl Session {
             Some(path) => Opened::new(&path, &registry)?,
             None => Opened { document: Document::empty(&registry), saved: None, unpacked: None },
         };
+        let nameless = u32::from(document.path().is_none());
         let mut session = Self {
             document,
             revision: 0,
@@ -147,6 +152,8 @@ impl Session {
             saved,
             unpacked,
             example: None,
+            number: 0,
+            nameless,
             selection: BTreeSet::new(),
             pinned: None,
             preferred: Preferred::default(),

@@ -6,7 +6,11 @@
 use egui::Key;
 use orograph_graph::{Edit, Kind, ParamValue, PortType, Stroke, Tool, Unit};
 
-use super::{insert, look::Over, map::Pointer};
+use super::{
+    insert::{self, New},
+    look::Over,
+    map::Pointer,
+};
 use crate::editor::{Session, arithmetic::calculated, window::names::Named as _};
 
 /// The name of a tool, and its tooltip.
@@ -36,8 +40,17 @@ pub(super) struct Brush {
     part: f64,
     hardness: f64,
     stroke: Option<Painting>,
-    /// The mask that was shown when its tool was selected.
-    revealed: Option<String>,
+    /// The mask that is shown while its tool is in the hand, and what it hides.
+    revealed: Option<(String, Hidden)>,
+}
+
+/// What was shown before a mask.
+#[derive(Debug)]
+enum Hidden {
+    /// In 3D: the colours of the terrain.
+    Colours(Over),
+    /// On the map: the pinned output.
+    Pinned(Option<String>),
 }
 
 /// The stroke being painted.
@@ -123,19 +136,32 @@ impl Brush {
         names.find(|name| graph.port(name).is_ok_and(|port| graph.output_type(port) == PortType::Mask))
     }
 
-    /// Shows the mask once a mask tool is selected, over the terrain or as the map, until another tool is selected.
-    pub(super) fn reveal(&mut self, session: &mut Session, over: Option<&mut Over>) {
-        let mask = self.mask(session);
-        if mask == self.revealed {
+    /// Shows the mask while the brush is on and has a tool of masks, over the terrain or as the map. Afterwards shows what
+    /// was shown before, unless something else was chosen meanwhile.
+    pub(super) fn reveal(&mut self, session: &mut Session, over: &mut Over, in_3d: bool, is_on: bool) {
+        let mask = self.mask(session).filter(|_| is_on);
+        let is_same = match &self.revealed {
+            Some((now, hidden)) => mask.as_ref() == Some(now) && in_3d == matches!(hidden, Hidden::Colours(_)),
+            None => mask.is_none(),
+        };
+        if is_same {
             return;
         }
-        let before = std::mem::replace(&mut self.revealed, mask.clone());
-        match (mask, over) {
-            (Some(mask), Some(over)) => *over = Over::Output(mask),
-            (Some(mask), None) => session.pin(Some(mask)),
-            (None, _) if before.is_some() && session.pinned() == before.as_deref() => session.pin(None),
-            (None, _) => {}
+        match self.revealed.take() {
+            Some((mask, Hidden::Colours(before))) if *over == Over::Output(mask.clone()) => *over = before,
+            Some((mask, Hidden::Pinned(before))) if session.pinned() == Some(mask.as_str()) => session.pin(before),
+            _ => {}
         }
+        self.revealed = mask.map(|mask| {
+            let hidden = if in_3d {
+                Hidden::Colours(std::mem::replace(over, Over::Output(mask.clone())))
+            } else {
+                let before = session.pinned().map(str::to_owned);
+                session.pin(Some(mask.clone()));
+                Hidden::Pinned(before)
+            };
+            (mask, hidden)
+        });
     }
 
     /// The tool bar of the brush.
@@ -279,5 +305,5 @@ fn lay(session: &mut Session, shown: &str) {
         session.note("only heightfields can be painted on; show one first", true);
         return;
     }
-    insert::after(session, kind, shown);
+    insert::after(session, New::of(kind), shown);
 }

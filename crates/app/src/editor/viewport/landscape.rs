@@ -304,12 +304,12 @@ impl Landscape {
             painter.with_clip_rect(clip).image(target.id, pane, unit, Color32::WHITE);
         }
         if let Some(x) = edge {
-            super::split::draw(&painter, pane, x, shown.map(Shown::name));
+            super::split::draw(&painter, marks.rest(pane), x, shown.map(Shown::name));
         }
         if let Some(trouble) = self.sides.iter().find_map(|side| side.trouble.as_ref()) {
             label(
                 &painter,
-                pane.left_top() + vec2(10.0, 10.0),
+                marks.rest(pane).left_top() + vec2(10.0, 10.0),
                 Align2::LEFT_TOP,
                 &format!("{trouble}: {}", trouble.remedy()),
             );
@@ -362,7 +362,7 @@ impl Landscape {
         }
         compass(&painter, pane, &camera);
         if !shown[0].fresh {
-            let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
+            let corner = Rect::from_min_size(marks.rest(pane).right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));
         }
         Pointer { place, pressed, path }

@@ -63,6 +63,15 @@ pub(super) struct Marks {
     pub(super) line: Option<Line>,
     /// Radius of the brush in metres.
     pub(super) ring: Option<f64>,
+    /// Height of what covers the top of the picture, in points.
+    pub(super) covered: f32,
+}
+
+impl Marks {
+    /// The part of a pane that nothing covers.
+    pub(super) fn rest(&self, pane: Rect) -> Rect {
+        Rect::from_min_max(pos2(pane.left(), pane.top() + self.covered), pane.max)
+    }
 }
 
 /// The map's camera.
@@ -161,7 +170,7 @@ impl Map {
         let part = [pane.min, pane.max].map(|corner| camera.to_world(pane, corner));
         self.view = Some(View { part, pixel_m });
         if let Some(x) = edge {
-            split::draw(&painter, pane, x, shown.map(Shown::name));
+            split::draw(&painter, marks.rest(pane), x, shown.map(Shown::name));
         }
         let projection = Projection {
             to_screen: &|place| Some(camera.to_screen(pane, place)),
@@ -190,7 +199,7 @@ impl Map {
             label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
         }
         if !shown[0].fresh {
-            let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
+            let corner = Rect::from_min_size(marks.rest(pane).right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));
         }
         pointer

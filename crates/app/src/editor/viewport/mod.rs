@@ -17,6 +17,7 @@ mod profile;
 mod scale;
 mod split;
 mod surface;
+mod tool_bar;
 mod views;
 
 use std::{path::Path, sync::Arc};
@@ -38,6 +39,7 @@ use self::{
     painter::Painter,
     profile::Profile,
     surface::{Parts, Surface},
+    tool_bar::ToolBar,
     views::{Chosen, Views},
 };
 pub(super) use self::{draw::has_keyboard, map::label};
@@ -103,6 +105,7 @@ pub(super) struct Viewport {
     views: Views,
     /// True if the camera is moved as in Blender.
     blender: bool,
+    tool_bar: ToolBar,
 }
 
 /// The current value of an output.
@@ -149,6 +152,7 @@ impl Viewport {
             live: live::Bar::default(),
             views: Views::default(),
             blender: state::read(NAVIGATION).is_some_and(|text| text.trim() == BLENDER),
+            tool_bar: ToolBar::default(),
         }
     }
 
@@ -222,6 +226,8 @@ impl Viewport {
     /// Draws the shown output. Returns the drawn outputs that can have a finer part, of each side.
     fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) -> Vec<Vec<String>> {
         self.bar(ui, session);
+        let (in_3d, is_on) = (self.mode == Mode::Terrain, self.tool == Tool::Brush);
+        self.brush.reveal(session, &mut self.look.over, in_3d, is_on);
         let port = session.shown();
         let compared = session.compared().map(str::to_owned);
         let parts = [&port, &compared].map(|port| {
@@ -241,7 +247,9 @@ impl Viewport {
                 (Some(port), true) => format!("building {port} …"),
                 (Some(port), false) => format!("{port} cannot be previewed"),
             };
+            let pane = ui.available_rect_before_wrap();
             ui.centered_and_justified(|ui| ui.weak(text));
+            self.tool_bar(ui, session, pane);
             self.draw.step(None);
             return Vec::new();
         };
@@ -251,11 +259,11 @@ impl Viewport {
         let on_handle = handles && self.draw.takes(ui);
         let tool = self.tool != Tool::Look || on_handle;
         let ring = (self.tool == Tool::Brush).then(|| self.brush.radius(session));
-        let marks = Marks { line: self.profile.line(), ring };
+        let marks = Marks { line: self.profile.line(), ring, covered: self.tool_bar.height() };
         let sides = [&shown, compared.as_ref().unwrap_or(&shown)];
         let (draw, drawing) = (&mut self.draw, self.tool == Tool::Draw);
         let mut ended = false;
-        let mut pane = ui.available_rect_before_wrap();
+        let pane = ui.available_rect_before_wrap();
         let (pointer, drawn) = match (self.mode, &mut self.landscape) {
             (Mode::Terrain, Ok(landscape)) => {
                 let [first, second] = &parts;
@@ -303,8 +311,9 @@ impl Viewport {
                 (self.map.ui(ui, sides, pictures, finer, (tool, marks), &mut over), drawn)
             }
         };
+        let mut rest = marks.rest(pane);
         for (legend, shown) in self.legends.iter_mut().zip(std::iter::once(&shown).chain(&compared)) {
-            pane.min.y = legend.ui(ui, pane, shown);
+            rest.min.y = legend.ui(ui, rest, shown);
         }
         match self.tool {
             Tool::Draw if ended => self.tool = Tool::Look,
@@ -312,7 +321,17 @@ impl Viewport {
             Tool::Measure => self.profile.drag(&pointer),
             Tool::Brush => self.brush.drag(&pointer, session),
         }
+        self.tool_bar(ui, session, pane);
         drawn
+    }
+
+    /// The bar of the tool, on the top of the picture.
+    fn tool_bar(&mut self, ui: &mut egui::Ui, session: &mut Session, pane: egui::Rect) {
+        match self.tool {
+            Tool::Draw => self.tool_bar.show(ui, pane, |ui| self.draw.bar(ui, session)),
+            Tool::Brush => self.tool_bar.show(ui, pane, |ui| self.brush.bar(ui, session)),
+            Tool::Look | Tool::Measure => self.tool_bar.hide(),
+        }
     }
 
     /// Saves a picture of the 3D view, and reports the result.
@@ -457,13 +476,6 @@ impl Viewport {
             ui.add(egui::Label::new(why.small().color(ui.visuals().warn_fg_color)).wrap());
         }
         self.live.bar(ui, session);
-        if self.tool == Tool::Draw {
-            self.draw.bar(ui, session);
-        }
-        if self.tool == Tool::Brush {
-            self.brush.bar(ui, session);
-            self.brush.reveal(session, (self.mode == Mode::Terrain).then_some(&mut self.look.over));
-        }
     }
 }
 

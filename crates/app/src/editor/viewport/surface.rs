@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use orograph_graph::{Field, Lines, Port, PortType, Unit, Value};
+use orograph_graph::{Field, Graph, Lines, Port, PortType, Unit, Value};
 
 use super::{
     Shown,
@@ -95,16 +95,11 @@ impl Parts {
         let water = match &look.water {
             Water::None => None,
             Water::Output(water) => Some(water.clone()),
-            Water::Own => ground.and_then(|ground| {
-                let outputs =
-                    (0..graph.instance(ground.node).node.outputs.len()).map(|output| Port { output, ..ground });
-                let is_water = |port: &Port| {
-                    let name = graph.instance(port.node).node.outputs[port.output].name;
-                    graph.output_type(*port) == PortType::Scalar(Unit::Metres) && matches!(name, "water" | "depth")
-                };
-                outputs.into_iter().find(is_water).map(|port| graph.port_name(port))
-            }),
+            Water::Own => ground.and_then(|ground| own_water(graph, ground)).map(|port| graph.port_name(port)),
         };
+        let depth = water.as_deref().and_then(|water| graph.port(water).ok());
+        let bed = depth.zip(ground).and_then(|(depth, ground)| bed(graph, depth, ground));
+        let ground = bed.or(ground);
         let level = || lines.as_ref().map(|_| LEVEL.to_owned());
         Self { ground: ground.map(|port| graph.port_name(port)).or_else(level), over, water, lines }
     }
@@ -134,6 +129,41 @@ impl Parts {
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
         [&self.ground, &self.over, &self.water, &self.lines].into_iter().flatten().cloned()
     }
+}
+
+/// The name of an output.
+fn name(graph: &Graph, port: Port) -> &str {
+    graph.instance(port.node).node.outputs[port.output].name
+}
+
+/// Returns true if heights are those of the surface of water, whose depth is another output of the node.
+fn is_surface(graph: &Graph, ground: Port) -> bool {
+    name(graph, ground) == "level"
+}
+
+/// The depth of the water on the heights of a node, or below them if they are its surface. Other depths, such as those of
+/// snow, are no water.
+fn own_water(graph: &Graph, ground: Port) -> Option<Port> {
+    let mut outputs = (0..graph.instance(ground.node).node.outputs.len()).map(|output| Port { output, ..ground });
+    outputs.find(|port| {
+        let is_water = match name(graph, *port) {
+            "water" => true,
+            "depth" => is_surface(graph, ground),
+            _ => false,
+        };
+        is_water && graph.output_type(*port) == PortType::Scalar(Unit::Metres)
+    })
+}
+
+/// The ground below the surface of water, on which the depth of the water lies: the heights that the node reads. Returns
+/// None if the depth does not belong to these heights, or they are the ground.
+fn bed(graph: &Graph, depth: Port, ground: Port) -> Option<Port> {
+    if depth.node != ground.node || !is_surface(graph, ground) {
+        return None;
+    }
+    let inputs = 0..graph.instance(ground.node).node.inputs.len();
+    let mut sources = inputs.filter_map(|input| graph.source(ground.node, input));
+    sources.find(|source| graph.output_type(*source) == PortType::Height)
 }
 
 impl Surface {
@@ -189,5 +219,43 @@ impl Surface {
             finer.mask = Some(part(&parts.over).filter(fits)?);
         }
         Some(finer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WATERS: &str = r#"(world: (size: 1000, cells: 16), nodes: {
+        "land": Ridged(), "lakes": Lakes(height: "land"), "storm": HydraulicPipe(height: "land", duration: 60),
+        "snow": Snow(height: "land") }, outputs: { "height": "land" })"#;
+
+    /// The ground and the water that are drawn for an output.
+    fn parts(session: &Session, port: &str, water: Water) -> [Option<String>; 2] {
+        let mut look = Look::default();
+        look.water = water;
+        let Parts { ground, water, .. } = Parts::of(session, port, &look);
+        [ground, water]
+    }
+
+    #[test]
+    fn the_depth_of_water_lies_on_the_ground_and_not_on_its_surface() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("waters.ron");
+        std::fs::write(&file, WATERS).expect("written");
+        let store = crate::build::storage::in_memory();
+        let session =
+            Session::open(Some(file), orograph_nodes::registry(), store, || {}).expect("the file can be read");
+        let both = |ground: &str, water: &str| [ground, water].map(|name| Some(name.to_owned()));
+        let depth = || Water::Output("lakes.depth".to_owned());
+        for port in ["lakes.level", "lakes.depth"] {
+            assert_eq!(parts(&session, port, Water::Own), both("land.height", "lakes.depth"), "{port}");
+            assert_eq!(parts(&session, port, depth()), both("land.height", "lakes.depth"), "{port}");
+        }
+        assert_eq!(parts(&session, "lakes.level", Water::None), [Some("lakes.level".to_owned()), None]);
+        // water on the ground itself
+        assert_eq!(parts(&session, "land.height", depth()), both("land.height", "lakes.depth"));
+        assert_eq!(parts(&session, "storm.height", Water::Own), both("storm.height", "storm.water"));
+        assert_eq!(parts(&session, "snow.height", Water::Own), [Some("snow.height".to_owned()), None]);
     }
 }

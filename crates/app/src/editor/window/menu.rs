@@ -96,7 +96,7 @@ impl Menu {
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let mark = if session.is_dirty() { "• " } else { "" };
-                let name = egui::Label::new(RichText::new(format!("{mark}{}", file_name(session.path()))).weak());
+                let name = egui::Label::new(RichText::new(format!("{mark}{}", session.title())).weak());
                 ui.add(name.truncate());
             });
         });
@@ -160,7 +160,7 @@ impl Menu {
         let mut asked = None;
         for path in files {
             let whole = path.display().to_string();
-            if ui.button(file_name(Some(&path))).on_hover_text(whole).clicked() {
+            if ui.button(file_name(&path)).on_hover_text(whole).clicked() {
                 asked = Some(MenuRequest::Open(path));
                 ui.close();
             }
@@ -250,9 +250,8 @@ impl Menu {
 }
 
 /// The name of a file as text.
-pub(crate) fn file_name(path: Option<&Path>) -> String {
-    let name = path.and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
-    name.unwrap_or_else(|| "Untitled".to_owned())
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The choice of the theme.

@@ -5,6 +5,9 @@ use orograph_graph::{Diagnostic, Severity};
 
 use crate::editor::{NodeState, Session};
 
+/// The code of the problem that nothing is written. Its text is for those who write the file by hand.
+const NO_OUTPUTS: &str = "no-outputs";
+
 /// The Problems pane.
 #[derive(Debug, Default)]
 pub(crate) struct Problems {}
@@ -106,7 +109,7 @@ fn show(ui: &mut Ui, line: &Line) -> bool {
 /// The problems of the document. The missing outputs of an empty graph are none, because there is nothing to write yet.
 fn problems(session: &Session) -> impl Iterator<Item = &Diagnostic> {
     let empty = session.document().nodes().is_empty();
-    session.document().problems().iter().filter(move |problem| !empty || problem.code != "no-outputs")
+    session.document().problems().iter().filter(move |problem| !empty || problem.code != NO_OUTPUTS)
 }
 
 /// The problems of the file.
@@ -121,6 +124,15 @@ fn of_file(session: &Session) -> Vec<Line> {
             let output = document.outputs().iter().find(|output| output.span.contains(&at))?;
             Some(document.graph().instance(output.port.node).name.clone())
         };
+        if problem.code == NO_OUTPUTS {
+            return Line {
+                severity: problem.severity,
+                place: "outputs".to_owned(),
+                message: "the graph has no outputs, so there is nothing to export".to_owned(),
+                hint: Some("tick “output” on a node in the inspector".to_owned()),
+                node: None,
+            };
+        }
         Line {
             severity: problem.severity,
             place: format!("line {line}"),

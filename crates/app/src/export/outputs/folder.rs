@@ -113,6 +113,14 @@ impl OutputFolder {
         self.holes = Some(holes);
     }
 
+    /// All files that outputs can have in a folder.
+    #[must_use]
+    pub fn files(folder: &Path, outputs: &[OutputDecl], options: &OutputOptions) -> Vec<PathBuf> {
+        let sheet = options.engine.map(|engine| engine.sheet_name().to_owned());
+        let names = outputs.iter().flat_map(|output| names(output, options)).chain(sheet);
+        names.map(|name| folder.join(name)).collect()
+    }
+
     /// Refuses to replace a file that the graph reads, whatever links lead to it.
     ///
     /// # Errors
@@ -124,8 +132,7 @@ impl OutputFolder {
         read: impl IntoIterator<Item = PathBuf>,
     ) -> Result<(), Failure> {
         let places: BTreeSet<PathBuf> = read.into_iter().filter_map(|file| fs::canonicalize(file).ok()).collect();
-        let targets = outputs.iter().flat_map(|output| names(output, options)).map(|name| folder.join(name));
-        for target in targets {
+        for target in Self::files(folder, outputs, options) {
             if fs::canonicalize(&target).is_ok_and(|place| places.contains(&place)) {
                 return Err(Failure::wrong(format!(
                     "`{}` would be written over, but the graph reads it",
@@ -226,6 +233,7 @@ impl OutputFolder {
             unit: "",
             import: None,
             report: None,
+            is_described: false,
         };
         Ok(Some(Staged { name: name.to_owned(), is_new: true, written: Some(written) }))
     }
@@ -266,8 +274,17 @@ impl OutputFolder {
         let bytes = fs::metadata(self.place(name)).map_err(|error| self.unwritable(name, &error))?.len();
         let path = self.folder.join(name);
         let unit = if range.is_some() { output.ty.unit().symbol() } else { "" };
-        let written =
-            Written { output: output.name.clone(), path, what, bytes, range, unit, import: None, report: None };
+        let written = Written {
+            output: output.name.clone(),
+            path,
+            what,
+            bytes,
+            range,
+            unit,
+            import: None,
+            report: None,
+            is_described: false,
+        };
         Ok(Staged { name: name.to_owned(), is_new: true, written: Some(written) })
     }
 

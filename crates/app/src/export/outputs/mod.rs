@@ -51,6 +51,8 @@ pub struct Written {
     pub import: Option<Import>,
     /// The report in the file.
     pub report: Option<Arc<Report>>,
+    /// True if a JSON file beside it describes it.
+    pub is_described: bool,
 }
 
 /// The import settings of a file.

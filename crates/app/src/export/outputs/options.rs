@@ -68,6 +68,16 @@ impl OutputOptions {
     /// The default maximum number of triangles of a mesh.
     const TRIANGLES: u64 = 500_000;
 
+    /// Returns true if outputs of this type are written in the chosen format.
+    #[must_use]
+    pub fn has_format(&self, ty: PortType) -> bool {
+        let has_numbers = matches!(
+            ty,
+            PortType::Height | PortType::Mask | PortType::Scalar(_) | PortType::AnyScalar | PortType::Vector(_)
+        );
+        has_numbers && self.ends(ty).is_empty()
+    }
+
     /// The file name endings of an output for the engine; empty if the output is written as without an engine.
     pub(super) fn ends(&self, ty: PortType) -> &'static [&'static str] {
         self.engine.map_or(&[], |engine| engine.ends(ty))

@@ -201,6 +201,7 @@ impl<'a> OutputWriter<'a> {
         files.push(Staged { name: sidecar(&name), is_new: is_described, written: None });
         let mut staged = folder.staged(output, &name, quantity(output.ty), finished.range)?;
         if let Some(written) = &mut staged.written {
+            written.is_described = is_described;
             written.import = folder.options.engine.zip(import).map(|(engine, settings)| Import { engine, settings });
         }
         files.push(staged);

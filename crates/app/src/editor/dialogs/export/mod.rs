@@ -1,6 +1,7 @@
 //! Export of outputs to files: the same outputs, formats and engines as `orograph run`, in the background.
 
 mod command;
+mod folders;
 mod job;
 mod queue;
 mod result;
@@ -12,14 +13,22 @@ use std::{
 
 use clap::ValueEnum as _;
 use egui::{ComboBox, Context, Label, RichText, TextEdit, Ui};
+use orograph_graph::PortType;
 use orograph_nodes::raster::Format;
 
-use self::queue::Queue;
+use self::{
+    folders::{Folders, in_turn, is_free},
+    queue::Queue,
+};
 use super::browser::{Browser, Outcome, Purpose};
 use crate::editor::{Session, window::names::Named as _};
 use crate::{
     build::request::{Cells, Changes, Request},
-    export::{engine::Engine, mesh::MeshFormat, outputs::OutputOptions},
+    export::{
+        engine::Engine,
+        mesh::MeshFormat,
+        outputs::{OutputFolder, OutputOptions},
+    },
     report::failure::Failure,
 };
 
@@ -39,7 +48,25 @@ pub(crate) struct Export {
     queue: Queue,
     /// Why the export could not start.
     refused: Option<Failure>,
+    /// The document that the folder and the choice of outputs belong to, and its file.
+    of: Option<(u64, Option<PathBuf>)>,
+    /// The folder that was proposed for it.
+    proposed: String,
+    /// Who has written which file.
+    folders: Folders,
+    /// The question whether an export may replace files.
+    asked: Option<Asked>,
     browser: Option<Browser>,
+}
+
+/// The question whether an export may replace files that the graph has not written.
+#[derive(Debug)]
+struct Asked {
+    /// The folder, as it was typed.
+    folder: String,
+    files: Vec<PathBuf>,
+    /// A folder beside it where nothing is replaced.
+    other: Option<PathBuf>,
 }
 
 impl Default for Export {
@@ -53,6 +80,10 @@ impl Default for Export {
             cells: String::new(),
             queue: Queue::default(),
             refused: None,
+            of: None,
+            proposed: String::new(),
+            folders: Folders::default(),
+            asked: None,
             browser: None,
         }
     }
@@ -61,13 +92,29 @@ impl Default for Export {
 impl Export {
     /// Opens the window.
     pub(crate) fn open(&mut self, session: &Session) {
-        if self.folder.is_empty() {
-            let folder = session.path().and_then(Path::parent).map(Path::to_owned);
-            let folder = folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default();
-            let folder = folder.canonicalize().unwrap_or(folder);
-            self.folder = folder.join("out").display().to_string();
-        }
+        self.follow(session);
         self.open = true;
+    }
+
+    /// Another document starts with its own folder and with all outputs. Once a document has another file, a folder that
+    /// was only proposed follows the file.
+    fn follow(&mut self, session: &Session) {
+        let now = (session.number(), session.path().map(Path::to_owned));
+        if self.of.as_ref() == Some(&now) {
+            return;
+        }
+        let is_other = self.of.as_ref().is_none_or(|(number, _)| *number != now.0);
+        if is_other {
+            self.left_out.clear();
+            self.cells.clear();
+            self.refused = None;
+        }
+        if is_other || self.folder == self.proposed {
+            self.proposed = self.folders.proposal(session).display().to_string();
+            self.folder.clone_from(&self.proposed);
+        }
+        self.asked = None;
+        self.of = Some(now);
     }
 
     /// The running build and those that wait, as text. Returns None when none runs.
@@ -81,6 +128,7 @@ impl Export {
         if !self.open {
             return;
         }
+        self.follow(session);
         if let Some(browser) = &mut self.browser {
             match browser.show(context) {
                 None => {}
@@ -114,7 +162,7 @@ impl Export {
         ui.horizontal_wrapped(|ui| {
             let button = ui.button(RichText::new("Export").strong());
             if button.on_hover_text("Builds run one after the other, in the background").clicked() {
-                self.begin(session);
+                self.begin(session, &[]);
                 ui.ctx().request_repaint();
             }
             let line = self.command_line(session);
@@ -129,7 +177,40 @@ impl Export {
         if let Some(failure) = &self.refused {
             result::failure(ui, failure);
         }
+        self.question(ui, session);
         self.queue.ui(ui);
+    }
+
+    /// Asks whether files may be replaced.
+    fn question(&mut self, ui: &mut Ui, session: &Session) {
+        let Some(asked) = self.asked.take_if(|asked| asked.folder == self.folder) else {
+            self.asked = None;
+            return;
+        };
+        let text = format!("{} Other files in the folder stay beside the new ones.", folders::what(&asked.files));
+        ui.add(Label::new(RichText::new(text).color(ui.visuals().warn_fg_color)).wrap());
+        let (mut stays, files) = (true, asked.files.as_slice());
+        ui.horizontal_wrapped(|ui| {
+            if ui.button("Replace them").clicked() {
+                stays = false;
+                self.begin(session, files);
+            }
+            if let Some(other) = &asked.other {
+                let name = other.file_name().unwrap_or_default().to_string_lossy();
+                let button = ui.button(format!("Export to “{name}”"));
+                if button.on_hover_text(other.display().to_string()).clicked() {
+                    stays = false;
+                    self.folder = other.display().to_string();
+                    self.begin(session, &[]);
+                }
+            }
+            if ui.button("Cancel").named("Cancel this export").clicked() {
+                stays = false;
+            }
+        });
+        if stays {
+            self.asked = Some(asked);
+        }
     }
 
     fn outputs(&mut self, ui: &mut Ui, session: &Session) {
@@ -152,6 +233,8 @@ impl Export {
     }
 
     fn settings(&mut self, ui: &mut Ui, session: &Session) {
+        let chosen = session.document().outputs().iter().filter(|output| !self.left_out.contains(&output.name));
+        let types: Vec<PortType> = chosen.map(|output| output.ty).collect();
         let options = &mut self.options;
         row(ui, "Engine", |ui| {
             let shown = options.engine.map_or("none", Engine::title);
@@ -164,15 +247,20 @@ impl Export {
             let _ = list.response.named("Engine");
         });
         row(ui, "Format", |ui| {
-            let hover = "For heights, masks and other numbers if no engine is chosen; colours are PNG, lines GeoJSON, \
-                         reports JSON";
-            let combo = ComboBox::from_id_salt("format").selected_text(options.format.name()).width(160.0);
-            let response = combo.show_ui(ui, |ui| {
-                for format in Format::ALL {
-                    ui.selectable_value(&mut options.format, format, format.name());
-                }
+            let hover = "For heights, masks and other numbers; colours are PNG, lines GeoJSON, reports JSON. With an engine, \
+                         only for the outputs that it does not import";
+            let is_used = options.engine.is_none() || types.iter().any(|ty| options.has_format(*ty));
+            let shown = if is_used { options.format.name() } else { "set by the engine" };
+            ui.add_enabled_ui(is_used, |ui| {
+                let combo = ComboBox::from_id_salt("format").selected_text(shown).width(160.0);
+                let response = combo.show_ui(ui, |ui| {
+                    for format in Format::ALL {
+                        ui.selectable_value(&mut options.format, format, format.name());
+                    }
+                });
+                let disabled = "The engine imports all chosen outputs in formats of its own";
+                response.response.named("Format").on_hover_text(hover).on_disabled_hover_text(disabled);
             });
-            response.response.named("Format").on_hover_text(hover);
         });
         row(ui, "Mesh", |ui| {
             let shown = options.mesh.map_or("none", MeshFormat::extension);
@@ -225,14 +313,28 @@ impl Export {
         if out.is_empty() { Vec::new() } else { kept }
     }
 
-    /// Queues a build of the present state of the graph.
-    fn begin(&mut self, session: &Session) {
-        match self.request(session) {
-            Ok(request) => {
-                self.queue.add(session, request, PathBuf::from(self.folder.trim()), self.options.clone());
-                self.refused = None;
+    /// Queues a build of the present state of the graph. Asks first if it would replace files that the graph has not
+    /// written, other than these.
+    fn begin(&mut self, session: &Session, allowed: &[PathBuf]) {
+        (self.asked, self.refused) = (None, None);
+        let request = match self.request(session) {
+            Ok(request) => request,
+            Err(failure) => {
+                self.refused = Some(failure);
+                return;
             }
-            Err(failure) => self.refused = Some(failure),
+        };
+        let folder = PathBuf::from(self.folder.trim());
+        let files = OutputFolder::files(&folders::real(&folder), &request.outputs, &self.options);
+        let queue = &self.queue;
+        let is_there = |file: &Path| file.is_file() || queue.writes(file);
+        let replaced = self.folders.of_others(&files, session, is_there);
+        if replaced.iter().all(|file| allowed.contains(file)) {
+            self.folders.take(&files, session);
+            self.queue.add(session, request, (folder, files), self.options.clone());
+        } else {
+            let other = in_turn(folder).find(|folder| is_free(folder));
+            self.asked = Some(Asked { folder: self.folder.clone(), files: replaced, other });
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
+    path::{Path, PathBuf},
     time::Duration,
 };
 
@@ -20,7 +20,6 @@ use crate::{
     report::{
         failure::{Exit, Failure},
         progress::seconds,
-        terminal::counted,
     },
 };
 
@@ -42,6 +41,8 @@ struct Build {
     /// The graph, the folder, the outputs and the cells.
     title: String,
     folder: PathBuf,
+    /// The files that it can write.
+    files: Vec<PathBuf>,
     stage: Stage,
 }
 
@@ -61,19 +62,30 @@ struct Order {
 }
 
 impl Queue {
-    /// Adds a build of the document of a session in its current state.
-    pub(super) fn add(&mut self, session: &Session, request: Request, folder: PathBuf, options: OutputOptions) {
-        let name = session.path().and_then(|path| path.file_name());
-        let name = name.map_or_else(|| "Untitled".to_owned(), |name| name.to_string_lossy().into_owned());
+    /// Adds a build of the document of a session in its current state, which can write these files.
+    pub(super) fn add(
+        &mut self,
+        session: &Session,
+        request: Request,
+        (folder, files): (PathBuf, Vec<PathBuf>),
+        options: OutputOptions,
+    ) {
+        let name = session.title();
         let outputs: Vec<&str> = request.outputs.iter().map(|output| output.name.as_str()).collect();
         let [nx, ny] = request.world.cells;
         let place = folder.file_name().unwrap_or_default().to_string_lossy();
         let title = format!("{name} to {place}: {}, {nx} x {ny} cells", outputs.join(", "));
         let shares = shares(session, &request);
         let stage = Stage::Waiting(Box::new(Order { request, options, shares }));
-        self.builds.push(Build { id: self.added, title, folder, stage });
+        self.builds.push(Build { id: self.added, title, folder, files, stage });
         self.added += 1;
         self.follows = true;
+    }
+
+    /// Returns true if a build that waits or runs can write a file.
+    pub(super) fn writes(&self, file: &Path) -> bool {
+        let is_open = |build: &&Build| !matches!(build.stage, Stage::Ended(_));
+        self.builds.iter().filter(is_open).any(|build| build.files.iter().any(|other| other == file))
     }
 
     /// Starts the next build if none runs, and reports those that have ended.
@@ -85,7 +97,7 @@ impl Queue {
             if let Some(end) = &state.end {
                 match end {
                     Ok(built) => {
-                        let (files, folder) = (counted(built.files.len(), "file"), build.folder.display());
+                        let (files, folder) = (result::count(built), build.folder.display());
                         session.note(format!("Exported {files} to {folder} in {}", seconds(built.time)), false);
                         ended = true;
                     }

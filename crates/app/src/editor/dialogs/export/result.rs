@@ -15,7 +15,21 @@ use crate::{
 
 /// The number of files that were written, and the time.
 pub(super) fn headline(built: &Built) -> String {
-    format!("Wrote {} in {}", counted(built.files.len(), "file"), seconds(built.time))
+    let described = match described(built) {
+        0 => String::new(),
+        number => format!(", {number} of them JSON descriptions,"),
+    };
+    format!("Wrote {}{described} in {}", count(built), seconds(built.time))
+}
+
+/// The number of files that were written, with the JSON files that describe others.
+pub(super) fn count(built: &Built) -> String {
+    counted(built.files.len() + described(built), "file")
+}
+
+/// The number of files that a JSON file describes.
+fn described(built: &Built) -> usize {
+    built.files.iter().filter(|file| file.is_described).count()
 }
 
 /// The written files, their import settings, and a button to open the folder.
@@ -29,12 +43,15 @@ pub(super) fn done(ui: &mut Ui, built: &Built, folder: &Path) {
     if let Some(missed) = built.expected.missed() {
         ui.add(Label::new(RichText::new(missed).color(ui.visuals().warn_fg_color)).wrap());
     }
-    egui::Grid::new("files").num_columns(3).spacing([12.0, 2.0]).show(ui, |ui| {
+    egui::Grid::new("files").num_columns(4).spacing([12.0, 2.0]).show(ui, |ui| {
         for file in &built.files {
             let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             ui.label(name).on_hover_text(file.path.display().to_string());
             ui.weak(file.what);
             ui.weak(bytes(file.bytes));
+            if file.is_described {
+                ui.weak("+ .json").on_hover_text("A JSON file beside it describes it");
+            }
             ui.end_row();
         }
     });

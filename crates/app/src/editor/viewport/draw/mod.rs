@@ -7,6 +7,7 @@ mod arm;
 mod handles;
 mod keys;
 mod numbers;
+mod recipes;
 mod shape;
 
 use egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
@@ -21,7 +22,10 @@ use self::{
     numbers::Numbers,
     shape::Shape,
 };
-use super::{insert, scale};
+use super::{
+    insert::{self, New},
+    scale,
+};
 use crate::editor::Session;
 
 /// How far the pointer moves, in points of the screen, until a click becomes a drag.
@@ -371,9 +375,12 @@ fn new_line(ui: &mut Ui, session: &mut Session) {
     ui.menu_button("New ⏷", |ui| {
         let kinds: Vec<_> = session.document().registry().listed().filter(|node| shape::has_line(node)).collect();
         for kind in kinds {
-            if ui.button(kind.id).on_hover_text(kind.summary).clicked() {
-                insert::add(session, kind);
-                ui.close();
+            let plain = std::iter::once((New::of(kind), kind.summary));
+            for (new, what) in plain.chain(recipes::of(kind)) {
+                if ui.button(new.name).on_hover_text(what).clicked() {
+                    insert::add(session, new);
+                    ui.close();
+                }
             }
         }
     })
