@@ -1,6 +1,6 @@
 //! Tests of the viewport.
 
-use egui::{Event, Key, Modifiers, ViewportId, pos2};
+use egui::{Event, Key, Modifiers, ViewportId, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::Edit;
@@ -57,7 +57,7 @@ fn onto(window: &mut Harness<'_, App>, scale: f32) {
 
 /// The viewport in a picture of this scale.
 fn of_the_viewport(picture: &image::RgbaImage, scale: u32) -> image::RgbaImage {
-    let [x, y, width, height] = [20, 100, 900, 280].map(|points| points * scale);
+    let [x, y, width, height] = [20, 110, 500, 132].map(|points| points * scale);
     image::imageops::crop_imm(picture, x, y, width, height).to_image()
 }
 
@@ -68,6 +68,7 @@ fn a_window_may_move_to_a_display_of_another_scale() {
     for view in ["3D", "Map"] {
         let opened = |scale: f32| {
             let mut window = hello();
+            window.set_size(vec2(720.0, 450.0));
             onto(&mut window, scale);
             window.get_by_label(view).click();
             window.run_steps(4);
@@ -75,8 +76,8 @@ fn a_window_may_move_to_a_display_of_another_scale() {
         };
         let [mut moved, mut there] = [1.0, 2.0].map(opened);
         // the pictures contain what the pointer reads
-        moved.event(Event::PointerMoved(pos2(400.0, 250.0)));
-        there.event(Event::PointerMoved(pos2(400.0, 250.0)));
+        moved.event(Event::PointerMoved(pos2(300.0, 160.0)));
+        there.event(Event::PointerMoved(pos2(300.0, 160.0)));
         let Some(before) = picture(&mut moved, &format!("display_before_{view}")) else { return };
         onto(&mut moved, 2.0);
         let after = picture(&mut moved, &format!("display_after_{view}")).expect("there was one");

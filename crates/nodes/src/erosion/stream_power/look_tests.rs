@@ -179,8 +179,8 @@ fn hillslopes_are_rough_and_as_high_as_smooth_ones() {
     };
     let mean = |heights: &[f32]| heights.iter().map(|height| f64::from(*height)).sum::<f64>() / heights.len() as f64;
     // with feet in both, and hillslopes of one length, to which the lengths of knolls are fitted
-    let [rough, smooth] = ["headwater_variation=0", "headwater_variation=0,roughness=0.001"]
-        .map(|changes| output(changes, "height"));
+    let [rough, smooth] =
+        ["headwater_variation=0", "headwater_variation=0,roughness=0.001"].map(|changes| output(changes, "height"));
     // real mountains with cells of 30 to 90 m: 0.22 to 0.31
     let [rough_along, smooth_along] = [&rough, &smooth].map(|heights| along(heights));
     assert!(rough_along > 0.15 && rough_along > 1.3 * smooth_along, "{rough_along} {smooth_along}");
