@@ -1,6 +1,10 @@
 //! Running one node of the registry on test terrain.
 
-use std::{num::NonZero, path::PathBuf, sync::Arc};
+use std::{
+    num::NonZero,
+    path::PathBuf,
+    sync::{Arc, LazyLock},
+};
 
 use orograph_graph::{
     Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Layer, Node,
@@ -416,9 +420,11 @@ pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Ve
 /// When the sources of the inputs fail.
 #[must_use]
 pub fn inputs(case: &Case, window: Window) -> Vec<InputValue> {
-    let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");
+    // cases share their terrain
+    static EVALUATOR: LazyLock<Evaluator> =
+        LazyLock::new(|| Evaluator::new(EvaluatorOptions::default()).expect("an evaluator"));
     let value =
-        |port: Port| evaluator.values(&case.graph, &data_folder(), &[port], window).expect("an input").remove(0);
+        |port: Port| EVALUATOR.values(&case.graph, &data_folder(), &[port], window).expect("an input").remove(0);
     let instance = case.graph.instance(case.node);
     let declared = instance.node.inputs.iter().enumerate();
     declared
