@@ -6,17 +6,15 @@ use orograph::editor::App;
 use orograph_graph::{ParamValue, Stroke};
 
 use crate::{
-    device, graph,
+    built, device,
     hand::{drag, key, title, type_text},
-    picture, settle, window,
+    picture, settle,
 };
 
 #[test]
 fn strokes_are_painted_and_undone_one_by_one() {
     crate::draws();
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(128);
-    settle(&mut window);
+    let mut window = built("hello.ron", 128);
     let before = height(&window, "rivers.height");
     window.get_by_label("Map").click();
     window.get_by_label("Brush").click();
@@ -53,9 +51,7 @@ fn strokes_are_painted_and_undone_one_by_one() {
 #[test]
 fn a_stroke_within_one_slow_frame_is_painted_and_its_mask_shown() {
     crate::draws();
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(128);
-    settle(&mut window);
+    let mut window = built("hello.ron", 128);
     window.get_by_label("Map").click();
     window.get_by_label("Brush").click();
     window.run_steps(3);
@@ -108,9 +104,7 @@ fn a_stroke_within_one_slow_frame_is_painted_and_its_mask_shown() {
 #[test]
 fn a_lake_is_painted() {
     crate::draws();
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(128);
-    settle(&mut window);
+    let mut window = built("hello.ron", 128);
     window.get_by_label("Map").click();
     for name in ["Brush", "Add a Paint node here", "Lower"] {
         window.get_by_label(name).click();
@@ -142,9 +136,7 @@ fn a_mask_over_the_terrain_is_hidden_with_the_brush() {
     if device::skips("a mask over the terrain") {
         return;
     }
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(64);
-    settle(&mut window);
+    let mut window = built("hello.ron", 64);
     window.get_by_label("Brush").click();
     window.run_steps(3);
     window.get_by_label("Add a Paint node here").click();

@@ -12,7 +12,7 @@ use orograph_graph::Document;
 use tempfile::TempDir;
 
 use crate::{
-    graph,
+    built, graph,
     hand::{at, button, click, click_with, drag, drag_with, key, title, type_text, wheel},
     picture, settle, window,
 };
@@ -68,9 +68,7 @@ pub fn place_of(window: &Harness<'_, App>, node: &str) -> Option<[f64; 2]> {
 
 #[test]
 fn all_nodes_are_shown_with_pins_and_thumbnails() {
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(64);
-    settle(&mut window);
+    let window = built("hello.ron", 64);
     let pane = window.get_by_label("graph").rect();
     for node in ["ground", "rise", "rivers"] {
         let rect = window.get_by_label_contains(&format!("node {node}:")).rect();

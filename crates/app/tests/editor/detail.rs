@@ -6,7 +6,7 @@ use orograph::editor::{App, Detail};
 use orograph_graph::{Edit, Evaluator, EvaluatorOptions, Value, Window};
 
 use crate::{
-    device, graph,
+    built, device,
     hand::{drag, wheel},
     picture, scratch, settle, until, window,
 };
@@ -139,9 +139,7 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
 #[test]
 fn a_node_that_needs_the_whole_world_keeps_the_detail_of_the_build() {
     crate::draws();
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(128);
-    settle(&mut window);
+    let mut window = built("hello.ron", 128);
     window.get_by_label("Map").click();
     window.run_steps(3);
     zoom(&mut window, 12.0);
@@ -220,9 +218,7 @@ fn colours_of_a_close_camera_are_as_fine_as_its_heights() {
 #[test]
 fn a_camera_behind_a_node_that_needs_the_whole_world_sees_the_build() {
     crate::draws();
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(128);
-    settle(&mut window);
+    let mut window = built("hello.ron", 128);
     until(&mut window, "the terrain is drawn", |window| window.state().seen().is_some());
     zoom(&mut window, 12.0);
     until(&mut window, "the view is close", |window| detail(window) == Some(Detail::OfBuild { node: "rivers".into() }));

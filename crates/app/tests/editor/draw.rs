@@ -6,7 +6,7 @@ use orograph::editor::App;
 use orograph_graph::ParamValue;
 
 use crate::{
-    device, graph,
+    built, device,
     hand::{click, drag, drag_with, key},
     picture, scratch, settle, window,
 };
@@ -167,9 +167,7 @@ fn a_position_is_placed_dragged_and_snapped() {
 #[test]
 fn a_new_line_carves_the_shown_terrain() {
     crate::draws();
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(128);
-    settle(&mut window);
+    let mut window = built("hello.ron", 128);
     window.get_by_label("Map").click();
     window.get_by_label("Draw").click();
     window.run_steps(3);
@@ -190,9 +188,7 @@ fn a_new_line_carves_the_shown_terrain() {
 
 #[test]
 fn a_road_is_a_carve_with_the_parameters_of_a_road() {
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(64);
-    settle(&mut window);
+    let mut window = built("hello.ron", 64);
     let before = steps(&window);
     for name in ["Draw", "New ⏷", "Road"] {
         window.get_by_label(name).click();

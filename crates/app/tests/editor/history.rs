@@ -5,7 +5,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::{Edit, ParamValue};
 
-use crate::{graph, picture, scratch, settle, until, window};
+use crate::{built, picture, scratch, settle, until, window};
 
 fn set(node: &str, param: &str, value: f64) -> Edit {
     Edit::SetParam { node: node.into(), param: param.into(), value: ParamValue::Float(value) }
@@ -16,9 +16,7 @@ fn source(window: &Harness<'_, App>) -> String {
 }
 
 fn opened() -> Harness<'static, App> {
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(64);
-    settle(&mut window);
+    let mut window = built("hello.ron", 64);
     window.get_by_label("History").click();
     window.run_steps(3);
     window

@@ -91,6 +91,14 @@ fn window(file: Option<PathBuf>) -> Harness<'static, App> {
     })
 }
 
+/// A window on an example graph that is built with this number of cells.
+fn built(file: &str, cells: u32) -> Harness<'static, App> {
+    let mut window = window(Some(graph(file)));
+    window.state_mut().session_mut().set_cells(cells);
+    settle(&mut window);
+    window
+}
+
 /// Timeout, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 

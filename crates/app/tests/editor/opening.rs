@@ -6,13 +6,11 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::{App, Journals, NodeState, Session};
 use orograph_graph::{Edit, Input, Node, Output, PortType, Registry};
 
-use crate::{device, graph, picture, scratch, settle, wait, window};
+use crate::{built, device, graph, picture, scratch, settle, wait, window};
 
 #[test]
 fn a_file_opens_and_its_nodes_are_built() {
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(64);
-    settle(&mut window);
+    let window = built("hello.ron", 64);
     let session = window.state().session();
     assert_eq!(session.shown().as_deref(), Some("rivers.height"));
     for node in ["ground", "rise", "rivers"] {

@@ -6,6 +6,7 @@ use orograph::editor::App;
 use orograph_graph::Edit;
 
 use crate::{
+    built,
     canvas::{ROW, ground, window_on},
     graph,
     hand::{at, click, click_with, drag, key, title, wheel},
@@ -13,9 +14,7 @@ use crate::{
 };
 
 fn hello() -> Harness<'static, App> {
-    let mut window = window(Some(graph("hello.ron")));
-    window.state_mut().session_mut().set_cells(128);
-    settle(&mut window);
+    let mut window = built("hello.ron", 128);
     seen(&mut window);
     window
 }

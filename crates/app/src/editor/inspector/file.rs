@@ -378,7 +378,7 @@ fn parameters(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     }
     for (target, spec, places) in &named {
         let value = spec.kind.default_value();
-        row::row(ui, form, session, target, spec, &value, false);
+        row::row(ui, form, session, row::Subject { target, spec, value: &value, changed: false });
         names(ui, form, session, target.label(), places);
     }
 }

@@ -8,7 +8,7 @@ use super::{
     manual,
     note::{self, Draft},
     outputs,
-    row::{RowAction, carry_out, fields, menu, named_as, resting, row, show_docs, wires},
+    row::{RowAction, Subject, carry_out, menu, named_as, resting, row, show_docs, wires},
     shown::{self, Kept},
     target::Target,
 };
@@ -82,9 +82,10 @@ pub(super) fn show(
         for (spec, value, idle) in &params {
             let target = Target::Param { node: name.to_owned(), name: spec.name.to_owned() };
             let changed = *value != spec.kind.default_value();
+            let subject = Subject { target: &target, spec, value, changed };
             match idle {
-                Some(when) => resting(ui, form, session, &target, (spec, value, changed), when),
-                None => row(ui, form, session, &target, spec, value, changed),
+                Some(when) => resting(ui, form, session, subject, when),
+                None => row(ui, form, session, subject),
             }
         }
     }
@@ -261,8 +262,7 @@ fn input(ui: &mut Ui, form: &mut FormState, session: &mut Session, node: &str, w
         let kind = Kind::Float { default, hard, soft };
         let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind, when: &[] };
         let value = ParamValue::Float(constant.unwrap_or(default));
-        let action = fields(ui, form, session, &target, &spec, &value, constant.is_some());
-        carry_out(ui, form, session, &target, action);
+        row(ui, form, session, Subject { target: &target, spec: &spec, value: &value, changed: constant.is_some() });
         return;
     }
     let mut action = None;

@@ -19,30 +19,26 @@ pub(super) enum RowAction {
     Jump(String),
 }
 
+/// What a row is about.
+#[derive(Clone, Copy)]
+pub(super) struct Subject<'a> {
+    pub target: &'a Target,
+    pub spec: &'a ParamSpec,
+    pub value: &'a ParamValue,
+    /// Whether the value differs from the default.
+    pub changed: bool,
+}
+
 /// A row with a value: its name, its widget, the reset button, and a menu.
-pub(super) fn row(
-    ui: &mut Ui,
-    form: &mut FormState,
-    session: &mut Session,
-    target: &Target,
-    spec: &ParamSpec,
-    value: &ParamValue,
-    changed: bool,
-) {
-    let action = fields(ui, form, session, target, spec, value, changed);
-    carry_out(ui, form, session, target, action);
+pub(super) fn row(ui: &mut Ui, form: &mut FormState, session: &mut Session, subject: Subject<'_>) {
+    let action = fields(ui, form, session, subject);
+    carry_out(ui, form, session, subject.target, action);
 }
 
 /// A row that has no effect with the current settings: it is greyed out, and its tooltip gives the reason. It can still
 /// be edited; large widgets are hidden.
-pub(super) fn resting(
-    ui: &mut Ui,
-    form: &mut FormState,
-    session: &mut Session,
-    target: &Target,
-    (spec, value, changed): (&ParamSpec, &ParamValue, bool),
-    when: &When,
-) {
+pub(super) fn resting(ui: &mut Ui, form: &mut FormState, session: &mut Session, subject: Subject<'_>, when: &When) {
+    let Subject { target, spec, changed, .. } = subject;
     let why = format!("No effect with the current settings: used only if {when}");
     ui.scope(|ui| {
         ui.multiply_opacity(RESTING);
@@ -53,7 +49,7 @@ pub(super) fn resting(
             label.on_hover_ui(|ui| show_docs(ui, spec.doc, &spec.kind.describe(spec.unit)));
         } else {
             form.rest(Some(why));
-            row(ui, form, session, target, spec, value, changed);
+            row(ui, form, session, subject);
             form.rest(None);
         }
     });
@@ -65,14 +61,11 @@ const RESTING: f32 = 0.45;
 /// Width of the buttons at the end of a row.
 const BUTTONS: f32 = 48.0;
 
-pub(super) fn fields(
+fn fields(
     ui: &mut Ui,
     form: &mut FormState,
     session: &mut Session,
-    target: &Target,
-    spec: &ParamSpec,
-    value: &ParamValue,
-    changed: bool,
+    Subject { target, spec, value, changed }: Subject<'_>,
 ) -> Option<RowAction> {
     let id = ui.make_persistent_id(target.key());
     let world = session.document().world();

@@ -5,7 +5,7 @@ use orograph_graph::{Fallback, Kind, ParamSpec, ParamValue};
 
 use super::{
     form::{self, FormState, section},
-    row::row,
+    row::{Subject, row},
     target::Target,
 };
 use crate::editor::Session;
@@ -35,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     for Common { spec, values, places } in common {
         let target = Target::Several { name: spec.name.to_owned(), places };
         let changed = values.iter().any(|value| *value != spec.kind.default_value());
-        row(ui, form, session, &target, &spec, &values[0], changed);
+        row(ui, form, session, Subject { target: &target, spec: &spec, value: &values[0], changed });
         if values.iter().any(|value| *value != values[0]) {
             ui.label(RichText::new("different values; a change sets all of them").small().weak());
         }
