@@ -87,12 +87,14 @@ fn every_memory_limit_fails_cleanly_or_succeeds() {
 fn earlier_files_stay_when_memory_is_refused_in_the_middle() {
     let place = Place::new();
     place.write("g.ron", GRAPH);
+    let starts = least(&place, 512 * MIB, "--version");
     let enough = least(&place, 4096 * MIB, "run g.ron -q --threads 2 -o other");
     let mut refused = 0;
-    for share in [50, 60, 70, 80] {
+    // what is enough differs between runs, as the allocator reserves memory for threads
+    for share in [10, 30, 50, 70] {
         fs::create_dir(place.path("out")).expect("made");
         place.write("out/height.exr", "from before");
-        let ran = run(&place, enough * share / 100, RUN);
+        let ran = run(&place, starts + (enough - starts) * share / 100, RUN);
         assert!([0, 2].contains(&ran.code), "{ran:?}");
         if ran.code == 2 {
             refused += 1;
@@ -101,7 +103,7 @@ fn earlier_files_stay_when_memory_is_refused_in_the_middle() {
         }
         fs::remove_dir_all(place.path("out")).expect("removed");
     }
-    assert!(refused > 0, "half of {} MiB are enough", enough / MIB);
+    assert!(refused > 0, "{} MiB are enough, and little more than {}", enough / MIB, starts / MIB);
 }
 
 #[test]
