@@ -41,9 +41,11 @@ fn main() {
 
 /// 1000 nodes in rows; the viewport shows the first of them.
 fn large() -> String {
+    let registry = orograph_nodes::registry();
+    let terrace = registry.get("Terrace").expect("a node");
     let node = |number: usize| match number {
         0 => "\"n0\": Crater(version: 2, pattern: one, centre: (8000, 8000), diameter: 5000)".to_owned(),
-        _ => format!("\"n{number}\": Terrace(height: \"n{}\")", (number - 1) / 2),
+        _ => format!("\"n{number}\": {}", terrace.written(&format!("height: \"n{}\"", (number - 1) / 2))),
     };
     let nodes: Vec<String> = (0..1000).map(node).collect();
     let place = |number: usize| format!("\"n{number}\": ({}, {})", number % 40 * 240, number / 40 * 240);

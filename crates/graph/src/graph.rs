@@ -304,6 +304,13 @@ impl Graph {
             .map(|e| Port { node: e.source(), output: e.weight().output })
     }
 
+    /// Returns true if the input of this name is wired; false if there is none.
+    #[must_use]
+    pub fn is_wired(&self, node: NodeIndex, input: &str) -> bool {
+        let position = self.instance(node).node.inputs.iter().position(|declared| declared.name == input);
+        position.is_some_and(|position| self.source(node, position).is_some())
+    }
+
     /// The type of an output in this graph.
     #[must_use]
     pub fn output_type(&self, port: Port) -> PortType {

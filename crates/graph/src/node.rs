@@ -84,7 +84,8 @@ pub struct Node {
 #[derive(Clone, Copy, Debug)]
 pub struct Levels {
     /// What a run on a world goes on from. `None` for a run that begins by itself. A function of the parameters and the
-    /// world; [`Below::State`] must have fewer cells, and [`Below::Results`] more, on which a run begins by itself.
+    /// world; [`Below::State`] must have fewer cells, and [`Below::Results`] more. Where it is [`Below::Results`], a run
+    /// for the state alone begins by itself, so that the results there may be those of a level that goes on from it.
     pub below: fn(&ParamValues, &World) -> Option<Below>,
     /// About the size in bytes of the state for a finer level, for the estimate before a run. 0 on cells on which no
     /// finer level goes on.

@@ -7,7 +7,7 @@ mod stroke;
 mod types;
 mod waypoint;
 
-use std::{collections::BTreeMap, fmt};
+use std::fmt;
 
 pub use layer::{Layer, LayerTable};
 pub use stroke::{Stroke, Strokes, TimedStrokes, Tool};
@@ -30,39 +30,59 @@ pub struct ParamSpec {
     pub unit: Unit,
     /// Kind, default and range.
     pub kind: Kind,
-    /// The settings that it depends on: it has an effect only if all of them hold. Most parameters have none.
+    /// What it depends on: it has an effect only if all of these hold. Most parameters have none.
     pub when: &'static [When],
 }
 
 impl ParamSpec {
-    /// The setting that disables it, if any.
+    /// The condition that does not hold, so that the parameter has no effect, if any. `is_wired` tells whether an input
+    /// of the node is wired.
     #[must_use]
-    pub fn idle(&self, values: &ParamValues) -> Option<&'static When> {
-        self.when.iter().find(|when| !when.holds(values))
+    pub fn idle(&self, values: &ParamValues, is_wired: impl Fn(&str) -> bool) -> Option<&'static When> {
+        self.when.iter().find(|when| !when.holds(values, &is_wired))
     }
 }
 
-/// A setting of a node: the value of a choice or a switch.
+/// A condition of a parameter on its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct When {
-    /// The parameter.
-    pub param: &'static str,
-    /// The values that satisfy it, as written in a file.
-    pub is: &'static [&'static str],
+pub enum When {
+    /// A choice or a switch has one of some values.
+    Setting {
+        /// The choice or switch.
+        param: &'static str,
+        /// The values, as written in a file.
+        is: &'static [&'static str],
+    },
+    /// The input that the parameter belongs to is wired.
+    Wired(&'static str),
+    /// The input that would replace the parameter is not wired.
+    Unwired(&'static str),
 }
 
 impl When {
-    /// Returns true if a node has this setting.
+    /// Returns true if it holds for a node with these values; `is_wired` tells whether an input is wired.
     #[must_use]
-    pub fn holds(&self, values: &ParamValues) -> bool {
-        values.get(self.param).is_none_or(|value| self.is.contains(&value.to_string().as_str()))
+    pub fn holds(&self, values: &ParamValues, is_wired: impl Fn(&str) -> bool) -> bool {
+        match self {
+            Self::Setting { param, is } => {
+                values.get(param).is_none_or(|value| is.contains(&value.to_string().as_str()))
+            }
+            Self::Wired(input) => is_wired(input),
+            Self::Unwired(input) => !is_wired(input),
+        }
     }
 }
 
 impl fmt::Display for When {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = self.is.iter().map(|name| format!("`{name}`")).collect();
-        write!(f, "`{}` is {}", self.param, names.join(" or "))
+        match self {
+            Self::Setting { param, is } => {
+                let names: Vec<String> = is.iter().map(|name| format!("`{name}`")).collect();
+                write!(f, "`{param}` is {}", names.join(" or "))
+            }
+            Self::Wired(input) => write!(f, "`{input}` is wired"),
+            Self::Unwired(input) => write!(f, "`{input}` is not wired"),
+        }
     }
 }
 
@@ -319,25 +339,37 @@ impl fmt::Display for ParamValue {
 }
 
 /// The checked values of all parameters of a node; those that a file leaves out have their defaults.
+///
+/// Sorted by name: a node has about a dozen, and each edit of a document makes those of all its nodes again.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ParamValues(BTreeMap<&'static str, ParamValue>);
+pub struct ParamValues(Vec<(&'static str, ParamValue)>);
 
 impl ParamValues {
     /// The defaults of a declaration.
     #[must_use]
     pub fn defaults(specs: &[ParamSpec]) -> Self {
-        Self(specs.iter().map(|spec| (spec.name, spec.kind.default_value())).collect())
+        let mut values: Vec<_> = specs.iter().map(|spec| (spec.name, spec.kind.default_value())).collect();
+        values.sort_unstable_by_key(|(name, _)| *name);
+        Self(values)
     }
 
     /// Replaces a value. It must have been checked with [`check_value`].
     pub fn set(&mut self, name: &'static str, value: ParamValue) {
-        self.0.insert(name, value);
+        match self.place(name) {
+            Ok(at) => self.0[at].1 = value,
+            Err(at) => self.0.insert(at, (name, value)),
+        }
     }
 
     /// The value of a parameter.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&ParamValue> {
-        self.0.get(name)
+        self.place(name).ok().map(|at| &self.0[at].1)
+    }
+
+    /// Where a name is, or where it would be.
+    fn place(&self, name: &str) -> Result<usize, usize> {
+        self.0.binary_search_by_key(&name, |(name, _)| *name)
     }
 
     /// Names and values, sorted by name.

@@ -9,7 +9,7 @@ use crate::{
     document::{EXPECT_FIELDS, SUBGRAPH},
     job::NodeError,
     node::{Fallback, Input, MeasureSpec, Node, OutputType},
-    param::{Kind, ParamSpec, check_value},
+    param::{Kind, ParamSpec, When, check_value},
     suggest::closest,
     world::Extent,
 };
@@ -201,16 +201,27 @@ fn check_ranges(name: &str, kind: &Kind, faults: &mut Vec<String>) {
     }
 }
 
-/// The setting of a `when` must name a choice or a switch of the node, and some but not all of its values.
+/// The setting of a `when` must name a choice or a switch of the node, and some but not all of its values; an input must be
+/// one that may be left without a wire.
 fn check_settings(node: &Node, spec: &ParamSpec, faults: &mut Vec<String>) {
     for when in spec.when {
-        let other = node.specs().into_iter().find(|other| other.name == when.param && other.name != spec.name);
+        let (param, is) = match when {
+            When::Setting { param, is } => (param, is),
+            When::Wired(input) | When::Unwired(input) => {
+                let optional = |other: &&Input| other.name == *input && other.fallback != Fallback::Required;
+                if !node.inputs.iter().any(|other| optional(&other)) {
+                    faults.push(format!("`{}` has an effect where {when}, which is no optional input", spec.name));
+                }
+                continue;
+            }
+        };
+        let other = node.specs().into_iter().find(|other| other.name == *param && other.name != spec.name);
         let names = match other.map(|other| other.kind) {
             Some(Kind::Choice { options, .. }) => options.iter().map(|(name, _)| *name).collect(),
             Some(Kind::Bool { .. }) => vec!["false", "true"],
             _ => Vec::new(),
         };
-        if when.is.iter().any(|name| !names.contains(name)) || when.is.len() >= names.len() || when.is.is_empty() {
+        if is.iter().any(|name| !names.contains(name)) || is.len() >= names.len() || is.is_empty() {
             faults.push(format!("`{}` has an effect where {when}, which is not a setting of the node", spec.name));
         }
     }
@@ -235,7 +246,7 @@ fn is_pascal_case(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Migration, Output, PortType, Unit, When};
+    use crate::{Migration, Output, PortType, Unit};
 
     const SOUND: Node = Node {
         id: "Sound",
@@ -312,18 +323,26 @@ mod tests {
                     |name, when| ParamSpec { name, doc: "A sentence.", unit: Unit::One, kind: switch.clone(), when };
                 vec![
                     spec("dry", &[]),
-                    spec("fine", &[When { param: "dry", is: &["true"] }]),
-                    spec("always", &[When { param: "dry", is: &["true", "false"] }]),
-                    spec("never", &[When { param: "dry", is: &["wet"] }]),
-                    spec("lost", &[When { param: "gone", is: &["true"] }]),
-                    spec("own", &[When { param: "own", is: &["true"] }]),
+                    spec("fine", &[When::Setting { param: "dry", is: &["true"] }]),
+                    spec("always", &[When::Setting { param: "dry", is: &["true", "false"] }]),
+                    spec("never", &[When::Setting { param: "dry", is: &["wet"] }]),
+                    spec("lost", &[When::Setting { param: "gone", is: &["true"] }]),
+                    spec("own", &[When::Setting { param: "own", is: &["true"] }]),
+                    spec("fed", &[When::Wired("mask")]),
+                    spec("bare", &[When::Unwired("mask")]),
+                    spec("stray", &[When::Unwired("dry")]),
                 ]
             },
+            inputs: &[Input::mask("mask", "A sentence.")],
             ..SOUND
         };
         let found = faults(&ODD);
         assert_eq!(found.matches("which is not a setting of the node").count(), 4, "{found}");
-        assert!(!found.contains("`fine`"), "{found}");
+        assert!(
+            found.contains("`stray` has an effect where `dry` is not wired, which is no optional input"),
+            "{found}"
+        );
+        assert!(!["`fine`", "`fed`", "`bare`"].iter().any(|sound| found.contains(sound)), "{found}");
     }
 
     #[test]

@@ -186,6 +186,31 @@ fn a_new_line_carves_the_shown_terrain() {
     assert_eq!(graph.port_name(source), "rivers.height");
 }
 
+/// A path goes to the selected node that can carve along it, and the parameters that it replaces are greyed out.
+#[test]
+fn a_new_path_is_wired_to_the_selected_node_that_takes_lines() {
+    let mut window = built("hello.ron", 64);
+    for name in ["Draw", "New ⏷", "Road"] {
+        window.get_by_label(name).click();
+        window.run_steps(3);
+    }
+    let idle = |window: &Harness<'_, App>| window.query_by_label("only if lines is not wired").is_some();
+    assert!(!idle(&window));
+    for name in ["New ⏷", "Path"] {
+        window.get_by_label(name).click();
+        window.run_steps(3);
+    }
+    let session = window.state().session();
+    assert_eq!(session.selected(), Some("path"));
+    let graph = session.document().graph();
+    let road = graph.find("road").expect("a node");
+    assert!(graph.is_wired(road, "lines") && !session.document().has_errors());
+    window.state_mut().session_mut().select_only("road");
+    window.run_steps(4);
+    assert!(idle(&window), "the points of `Road` have no effect");
+    assert!(window.query_by_label_contains("point 1 of path").is_none(), "and no handles");
+}
+
 #[test]
 fn a_road_is_a_carve_with_the_parameters_of_a_road() {
     let mut window = built("hello.ron", 64);

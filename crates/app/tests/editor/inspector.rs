@@ -367,7 +367,7 @@ fn parameters_without_effect_are_greyed_out_with_a_reason() {
     let step = window.get_by_role_and_label(Role::TextInput, "step").rect().center();
     window.hover_at(step);
     until(&mut window, "the reason", |window| {
-        window.query_by_label_contains("No effect with the current settings: used only if `steps` is `even`").is_some()
+        window.query_by_label_contains("No effect now: used only if `steps` is `even`").is_some()
     });
     assert!(window.query_by_label_contains("A number; optional units").is_none(), "only one tooltip at a time");
     picture(&mut window, "resting_layers");

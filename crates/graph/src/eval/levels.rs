@@ -12,7 +12,7 @@ use petgraph::stable_graph::NodeIndex;
 use super::{
     event::{Event, Origin, lock},
     needs::Needs,
-    plan::Plan,
+    plan::{Level, Plan},
 };
 use crate::world::World;
 
@@ -26,7 +26,7 @@ pub(super) struct LevelEvents<'a> {
 
 /// A step of a node.
 struct Place {
-    world: World,
+    level: Level,
     /// The run that it is a part of.
     run: usize,
     /// Its position in the run.
@@ -66,9 +66,8 @@ impl<'a> LevelEvents<'a> {
                 runs.push(Run { asked, parts, is_going, reported: 0.0, time: Duration::ZERO, bytes: 0 });
                 runs.len() - 1
             });
-            let world = step.wanted.world;
-            places.push(Place { world, run, part: runs[run].parts.len() });
-            let (is_asked, counts, work) = (world == step.asked, needs.computes(at), step.work());
+            places.push(Place { level: step.level, run, part: runs[run].parts.len() });
+            let (is_asked, counts, work) = (step.is_asked(), needs.computes(at), step.work());
             runs[run].parts.push(Part { is_asked, counts, work, done: 0.0, is_over: false });
         }
         Self { events, steps, runs: Mutex::new(runs) }
@@ -85,7 +84,7 @@ impl<'a> LevelEvents<'a> {
             }
             if needs.computes(at) {
                 computed.insert((step.index, world), true);
-            } else if needs.is_found(at) && step.wanted.world == step.asked {
+            } else if needs.is_found(at) && step.is_asked() {
                 computed.entry((step.index, world)).or_insert(false);
             }
         }
@@ -93,16 +92,16 @@ impl<'a> LevelEvents<'a> {
         Event::Planned { compute, cached: computed.len() - compute }
     }
 
-    /// Receives an event of a step in a world, or one that is about no step.
-    pub(super) fn hear(&self, world: Option<&World>, event: Event) {
-        let passed = match world {
-            Some(world) => self.of_step(world, event),
+    /// Receives an event of the step on a level, or one that is about no step.
+    pub(super) fn hear(&self, level: Option<&Level>, event: Event) {
+        let passed = match level {
+            Some(level) => self.of_step(level, event),
             None => Some(event),
         };
         passed.into_iter().for_each(self.events);
     }
 
-    fn of_step(&self, world: &World, event: Event) -> Option<Event> {
+    fn of_step(&self, level: &Level, event: Event) -> Option<Event> {
         let (Event::NodeStarted { node, .. }
         | Event::NodeProgress { node, .. }
         | Event::NodeFinished { node, .. }
@@ -111,7 +110,7 @@ impl<'a> LevelEvents<'a> {
         else {
             return Some(event);
         };
-        let place = self.steps.get(node).and_then(|places| places.iter().find(|place| place.world == *world));
+        let place = self.steps.get(node).and_then(|places| places.iter().find(|place| place.level == *level));
         let Some(place) = place else { return Some(event) };
         let mut runs = lock(&self.runs);
         let run = &mut runs[place.run];

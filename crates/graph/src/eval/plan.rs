@@ -51,6 +51,8 @@ pub(super) struct Step<'g> {
     pub(super) types: Vec<PortType>,
     /// True if it has a state for a finer level, which counts as the output after the declared ones.
     pub(super) has_state: bool,
+    /// The level on which it runs.
+    pub(super) level: Level,
     /// The requested world for which it is planned: its own, or that of the level above the levels.
     pub(super) asked: World,
     /// The window that its readers need: the smallest one that contains all of theirs.
@@ -94,8 +96,16 @@ struct Wired {
     fault: Option<EvalError>,
 }
 
-/// A node in one of the worlds.
-type Place = (usize, NodeIndex);
+/// A level of a node. Where its results come from finer cells, its state is that of a step of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Level {
+    pub(super) world: World,
+    /// True for the step that gives such a state.
+    pub(super) is_state: bool,
+}
+
+/// A step: a node in one of the worlds, and whether it gives [a state alone](Level::is_state).
+type Place = (usize, NodeIndex, bool);
 
 /// The worlds of the requests, and those of the levels below.
 #[derive(Default)]
@@ -123,7 +133,11 @@ impl Worlds {
 impl<'g> Plan<'g> {
     pub(super) fn new(graph: &'g Graph, requests: &[Request], byproducts: &[Request]) -> Self {
         let mut worlds = Worlds::default();
-        let mut place = |request: &Request| -> Place { (worlds.add(request.window.world, None), request.port.node) };
+        let mut place = |Request { port, window }: &Request| -> Place {
+            let is_state = is_split(graph, port.node, &window.world)
+                && port.output == graph.instance(port.node).node.outputs.len();
+            (worlds.add(window.world, None), port.node, is_state)
+        };
         let checked: Vec<Result<Place, EvalError>> =
             requests.iter().map(|request| check(graph, request).map(|()| place(request))).collect();
         let order = order(graph, &mut worlds, checked.iter().flatten().copied());
@@ -137,17 +151,21 @@ impl<'g> Plan<'g> {
             requests.iter().zip(checked).map(|(request, place)| place.map(|place| target(request, place))).collect();
 
         let mut wired: Vec<Wired> = Vec::with_capacity(order.len());
-        for (world, index) in &order {
-            let steps = |node: NodeIndex| position[&(*world, node)];
+        for (world, index, _) in &order {
+            let steps = |node: NodeIndex| position[&(*world, node, false)];
             wired.push(wire(graph, *index, &steps, &wired));
         }
-        let step_of = |world: &World, node: NodeIndex| position[&(worlds.find(world).expect("a known world"), node)];
         let below: Vec<Coarser> = order
             .iter()
-            .map(|(world, index)| match below(graph.instance(*index), &worlds.all[*world]) {
-                Some(Below::State(world)) => Coarser::State(step_of(&world, *index)),
-                Some(Below::Results(world)) => Coarser::Results(step_of(&world, *index)),
-                None => Coarser::Nothing,
+            .map(|place| {
+                let step_of = |world: &World, is_state: bool| {
+                    position[&(worlds.find(world).expect("a known world"), place.1, is_state)]
+                };
+                match below(graph, *place, &worlds) {
+                    Some(Below::State(world)) => Coarser::State(step_of(&world, is_split(graph, place.1, &world))),
+                    Some(Below::Results(world)) => Coarser::Results(step_of(&world, false)),
+                    None => Coarser::Nothing,
+                }
             })
             .collect();
 
@@ -158,8 +176,9 @@ impl<'g> Plan<'g> {
             .zip(wired)
             .zip(below)
             .zip(windows)
-            .map(|((((world, index), Wired { inputs, types, fault }), below), (wanted, window))| {
+            .map(|((((world, index, is_state), Wired { inputs, types, fault }), below), (wanted, window))| {
                 let (index, instance) = (*index, graph.instance(*index));
+                let level = Level { world: worlds.all[*world], is_state: *is_state };
                 let name = Arc::from(instance.name.as_str());
                 let (asked, byproducts, has_state) = (worlds.all[worlds.asked[*world]], Wanted::NONE, false);
                 Step {
@@ -170,6 +189,7 @@ impl<'g> Plan<'g> {
                     below,
                     types,
                     has_state,
+                    level,
                     asked,
                     wanted,
                     window,
@@ -184,7 +204,8 @@ impl<'g> Plan<'g> {
             .filter_map(|step| if let Coarser::State(below) = step.below { Some(below) } else { None })
             .collect();
         for (at, step) in steps.iter_mut().enumerate() {
-            step.has_state = read.contains(&at) || step.state_bytes(Wanted::NONE, &step.window) > 0;
+            let gives_state = !matches!(step.below, Coarser::Results(_));
+            step.has_state = gives_state && (read.contains(&at) || step.state_bytes(Wanted::NONE, &step.window) > 0);
             // kept for a finer level that may be requested later
             if step.has_state && step.window.len() <= MOST_KEPT_CELLS {
                 step.byproducts = step.byproducts.with(step.types.len());
@@ -192,7 +213,7 @@ impl<'g> Plan<'g> {
         }
         for request in byproducts.iter().filter(|request| check(graph, request).is_ok()) {
             let world = worlds.find(&request.window.world);
-            let step = world.and_then(|world| position.get(&(world, request.port.node)));
+            let step = world.and_then(|world| position.get(&(world, request.port.node, false)));
             if let Some(step) = step.map(|at| &mut steps[*at]).filter(|step| step.wanted.contains(&request.window)) {
                 step.byproducts = step.byproducts.with(request.port.output);
             }
@@ -266,6 +287,11 @@ impl Step<'_> {
         wires(&self.inputs).map(|(step, _)| step).chain(below)
     }
 
+    /// True for the step of the requested results, and not of a level on the way to them.
+    pub(super) fn is_asked(&self) -> bool {
+        self.level.world == self.asked && !self.level.is_state
+    }
+
     /// The number of its outputs, including the state.
     pub(super) fn outputs(&self) -> usize {
         self.types.len() + usize::from(self.has_state)
@@ -330,8 +356,18 @@ fn wires(sources: &[Source]) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// What a node goes on from in a world.
-fn below(instance: &Instance, world: &World) -> Option<Below> {
+/// What a step goes on from.
+fn below(graph: &Graph, (world, index, is_state): Place, worlds: &Worlds) -> Option<Below> {
+    of_levels(graph, index, &worlds.all[world]).filter(|_| !is_state)
+}
+
+/// Whether results and state of a node in a world are two steps.
+fn is_split(graph: &Graph, index: NodeIndex, world: &World) -> bool {
+    matches!(of_levels(graph, index, world), Some(Below::Results(_)))
+}
+
+fn of_levels(graph: &Graph, index: NodeIndex, world: &World) -> Option<Below> {
+    let instance = graph.instance(index);
     (instance.node.levels?.below)(&instance.params, world)
 }
 
@@ -371,20 +407,22 @@ fn order(graph: &Graph, worlds: &mut Worlds, wanted: impl Iterator<Item = Place>
         if !seen.insert(root) {
             continue;
         }
-        while let Some(((world, index), input)) = stack.last_mut() {
-            let (world, index) = (*world, *index);
-            let instance = graph.instance(index);
-            if *input > instance.node.inputs.len() {
-                order.push((world, index));
+        while let Some((place, input)) = stack.last_mut() {
+            let (world, index, _) = *place;
+            if *input > graph.instance(index).node.inputs.len() {
+                order.push(*place);
                 stack.pop();
                 continue;
             }
             let source = match *input {
-                0 => below(instance, &worlds.all[world]).map(|below| {
-                    let (Below::State(coarser) | Below::Results(coarser)) = below;
-                    (worlds.add(coarser, Some(world)), index)
+                0 => below(graph, *place, worlds).map(|below| {
+                    let (coarser, is_state) = match below {
+                        Below::State(coarser) => (coarser, is_split(graph, index, &coarser)),
+                        Below::Results(finer) => (finer, false),
+                    };
+                    (worlds.add(coarser, Some(world)), index, is_state)
                 }),
-                input => graph.source(index, input - 1).map(|port| (world, port.node)),
+                input => graph.source(index, input - 1).map(|port| (world, port.node, false)),
             };
             *input += 1;
             if let Some(source) = source

@@ -26,14 +26,14 @@ use super::{
     event::{Event, Origin, lock, now},
     key::Origins,
     needs::{Needs, Slot},
-    plan::{Coarser, Plan, Source, Step},
+    plan::{Coarser, Level, Plan, Source, Step},
     store::{Claim, Elsewhere},
 };
 use crate::{
     job::{self, Cancel, InputValue, LevelJob, Outputs, Wanted},
     memory::OutOfMemory,
     value::Value,
-    world::{Window, World},
+    world::Window,
 };
 
 /// A running evaluation.
@@ -42,8 +42,8 @@ pub(super) struct Run<'r> {
     plan: &'r Plan<'r>,
     origins: &'r [Option<Origins>],
     folder: &'r Path,
-    /// Receives events, with the world of the step if they are about one.
-    events: &'r (dyn Fn(Option<&World>, Event) + Sync),
+    /// Receives events, with the level of the step if they are about one.
+    events: &'r (dyn Fn(Option<&Level>, Event) + Sync),
     deliver: &'r (dyn Fn(usize, Delivery) + Sync),
     /// True if results are kept in the store.
     keeps: bool,
@@ -73,7 +73,7 @@ impl<'r> Run<'r> {
     pub(super) fn new(
         evaluator: &'r Evaluator,
         work: &'r Work<'r>,
-        events: &'r (dyn Fn(Option<&World>, Event) + Sync),
+        events: &'r (dyn Fn(Option<&Level>, Event) + Sync),
         plan: &'r Plan<'r>,
         origins: &'r [Option<Origins>],
         needs: Needs,
@@ -305,7 +305,7 @@ impl<'r> Run<'r> {
 
     /// Reports an event of a step.
     fn report(&self, step: &Step<'_>, event: Event) {
-        (self.events)(Some(&step.wanted.world), event);
+        (self.events)(Some(&step.level), event);
     }
 }
 

@@ -17,15 +17,10 @@ use super::{
     levels::LevelEvents,
     memory,
     needs::Needs,
-    plan::{Plan, Target},
+    plan::{Level, Plan, Target},
     work::{Listener, Pinned, Work},
 };
-use crate::{
-    job::Cancel,
-    memory::OutOfMemory,
-    value::Value,
-    world::{Window, World},
-};
+use crate::{job::Cancel, memory::OutOfMemory, value::Value, world::Window};
 
 /// Approximate number of cells of a band; with fewer, starting a kernel becomes noticeable, more need more memory.
 const BAND_CELLS: u32 = 1 << 20;
@@ -89,10 +84,10 @@ impl Evaluator {
         }
         events(LevelEvents::planned(&plan, &needs));
         let merged = LevelEvents::new(&plan, &needs, events);
-        let events = |world: Option<&World>, event: Event| {
+        let events = |level: Option<&Level>, event: Event| {
             // each stage plans a part of what has been announced
             if !matches!(event, Event::Planned { .. }) {
-                merged.hear(world, event);
+                merged.hear(level, event);
             }
         };
         drop(needs);
@@ -123,8 +118,8 @@ struct Course<'a> {
     plan: &'a Plan<'a>,
     origins: &'a [Option<super::key::Origins>],
     cancel: &'a Cancel,
-    /// With the world of the step.
-    events: &'a (dyn Fn(Option<&World>, Event) + Sync),
+    /// With the level of the step.
+    events: &'a (dyn Fn(Option<&Level>, Event) + Sync),
     deliver: &'a (dyn Fn(usize, Delivery) + Sync),
 }
 
@@ -176,7 +171,7 @@ impl Course<'_> {
         evaluation: Evaluation<'_>,
         pinned: &Pinned,
         keeps: bool,
-        events: &(dyn Fn(Option<&World>, Event) + Sync),
+        events: &(dyn Fn(Option<&Level>, Event) + Sync),
     ) -> Result<Vec<Value>, EvalError> {
         let answers = std::sync::Mutex::new(vec![Err(EvalError::Cancelled); evaluation.requests.len()]);
         let deliver = |request: usize, delivery: Delivery| {

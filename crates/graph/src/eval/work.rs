@@ -9,11 +9,11 @@ use super::{
     levels::LevelEvents,
     memory,
     needs::{Needs, Slot},
-    plan::{Plan, Step},
+    plan::{Level, Plan, Step},
     run::{Left, Run},
     store::{self, Elsewhere},
 };
-use crate::{job::Cancel, value::Value, world::World};
+use crate::{job::Cancel, value::Value};
 
 /// Memory up to which kernels run in parallel even if running one after the other would need less.
 const SIDE_BY_SIDE: u64 = 256 << 20;
@@ -26,8 +26,8 @@ pub(super) type Pinned = HashMap<store::Slot, Value>;
 pub(super) enum Listener<'a> {
     /// Of the events of the whole evaluation, in which the levels of a node are reported as one run.
     Whole(&'a (dyn Fn(Event) + Sync)),
-    /// Of those of a part of one, with the world of the step if they are about one.
-    Part(&'a (dyn Fn(Option<&World>, Event) + Sync)),
+    /// Of those of a part of one, with the level of the step if they are about one.
+    Part(&'a (dyn Fn(Option<&Level>, Event) + Sync)),
 }
 
 /// An evaluation with its receivers.
@@ -86,9 +86,9 @@ impl Work<'_> {
             Listener::Whole(events) => Some(LevelEvents::new(&plan, &needs, events)),
             Listener::Part(_) => None,
         };
-        let events = |world: Option<&World>, event: Event| match (self.listener, &merged) {
-            (Listener::Part(events), _) => events(world, event),
-            (Listener::Whole(_), Some(merged)) => merged.hear(world, event),
+        let events = |level: Option<&Level>, event: Event| match (self.listener, &merged) {
+            (Listener::Part(events), _) => events(level, event),
+            (Listener::Whole(_), Some(merged)) => merged.hear(level, event),
             (Listener::Whole(events), None) => events(event),
         };
         self.report(evaluator, &plan, &origins, &needs, &events);
@@ -113,14 +113,14 @@ impl Work<'_> {
         evaluator: &Evaluator,
         step: &Step<'_>,
         elsewhere: &Elsewhere,
-        events: &dyn Fn(Option<&World>, Event),
+        events: &dyn Fn(Option<&Level>, Event),
     ) {
-        let (node, name, world) = (step.index, || step.name.clone(), Some(&step.wanted.world));
-        events(world, Event::NodeStarted { node, name: name() });
+        let (node, name, level) = (step.index, || step.name.clone(), Some(&step.level));
+        events(level, Event::NodeStarted { node, name: name() });
         let throttle = Throttle::new();
         evaluator.store.in_flight().wait(elsewhere, self.cancel, |fraction| {
             if throttle.admits(fraction) {
-                events(world, Event::NodeProgress { node, name: name(), fraction });
+                events(level, Event::NodeProgress { node, name: name(), fraction });
             }
         });
     }
@@ -132,14 +132,14 @@ impl Work<'_> {
         plan: &Plan<'_>,
         origins: &[Option<Origins>],
         needs: &Needs,
-        events: &dyn Fn(Option<&World>, Event),
+        events: &dyn Fn(Option<&Level>, Event),
     ) {
         events(None, LevelEvents::planned(plan, needs));
         for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| !needs.computes(*at)) {
-            let (node, name, world) = (step.index, || step.name.clone(), Some(&step.wanted.world));
+            let (node, name, level) = (step.index, || step.name.clone(), Some(&step.level));
             let kept = origins[at].as_ref().map(|origins| evaluator.store.notes(origins.key));
             for message in kept.iter().flat_map(|kept| kept.iter()) {
-                events(world, Event::Warning { node, name: name(), message: message.clone() });
+                events(level, Event::Warning { node, name: name(), message: message.clone() });
             }
             let is_pinned = |origins: &Origins| self.pinned.keys().any(|(key, _)| *key == origins.key);
             if needs.is_found(at) && !needs.is_stored(at) && !origins[at].as_ref().is_some_and(is_pinned) {
@@ -147,7 +147,7 @@ impl Work<'_> {
                 let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
                 let cells = step.wanted.world.cells;
                 let backend = evaluator.backends.of(step.instance).name();
-                events(world, Event::NodeFinished { node, name: name(), cells, time, bytes, origin, backend });
+                events(level, Event::NodeFinished { node, name: name(), cells, time, bytes, origin, backend });
             }
         }
     }

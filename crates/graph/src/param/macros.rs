@@ -9,10 +9,11 @@ use super::{
 /// Declares a node's parameters once: a typed struct `Params`, its specifications and its reader.
 ///
 /// A row is `name: type = default, Unit, hard range;`. Before the semicolon it may have `soft lo..=hi`, and then, for a
-/// parameter that has an effect only with some settings, `when other = "name" | "name"`. The type is one of `f64`,
-/// `i64`, `bool`, [`Seed`], `[f64; 2]`, [`Position`], [`CurvePoints`], [`StepPoints`], [`PathPoints`], [`OutlinePoints`],
-/// [`Waypoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice) enum;
-/// types without a range write `..`.
+/// parameter that has an effect only with some settings, `when other = "name" | "name"`, `with input` for one that has
+/// an effect only if that input is wired, and `unless input` for one that has none then. The type is one of `f64`,
+/// `i64`, `bool`, [`Seed`], `[f64; 2]`, [`Position`], [`CurvePoints`], [`StepPoints`], [`PathPoints`],
+/// [`OutlinePoints`], [`Waypoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a
+/// [`choice!`](crate::choice) enum; types without a range write `..`.
 ///
 /// ```
 /// use orograph_graph::params;
@@ -32,13 +33,14 @@ use super::{
 /// assert_eq!(specs[0].name, "talus");
 /// let values = orograph_graph::ParamValues::defaults(&specs);
 /// assert_eq!(Params::read(&values).passes, 60);
-/// assert_eq!(specs[3].idle(&values).map(ToString::to_string).as_deref(), Some("`dry` is `true`"));
+/// assert_eq!(specs[3].idle(&values, |_| false).map(ToString::to_string).as_deref(), Some("`dry` is `true`"));
 /// ```
 #[macro_export]
 macro_rules! params {
     ($( $(#[doc = $doc:literal])+
         $name:ident: $ty:ty = $default:expr, $unit:ident, $hard:expr
-            $(, soft $lo:literal ..= $hi:literal)? $(, when $on:ident = $($is:literal)|+)*; )*) => {
+            $(, soft $lo:literal ..= $hi:literal)? $(, when $on:ident = $($is:literal)|+)*
+            $(, with $owner:ident)? $(, unless $heir:ident)?; )*) => {
         /// The node's parameters, typed.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Params { $( $(#[doc = $doc])+ pub $name: $ty, )* }
@@ -52,7 +54,11 @@ macro_rules! params {
                     doc: concat!($($doc, "\n"),+).trim_ascii(),
                     unit: $crate::Unit::$unit,
                     kind: <$ty as $crate::ParamType>::kind($default, $hard)$(.with_soft($lo as f64, $hi as f64))?,
-                    when: &[ $( $crate::When { param: stringify!($on), is: &[ $( concat!($is) ),+ ] } ),* ],
+                    when: &[
+                        $( $crate::When::Setting { param: stringify!($on), is: &[ $( concat!($is) ),+ ] }, )*
+                        $( $crate::When::Wired(stringify!($owner)), )?
+                        $( $crate::When::Unwired(stringify!($heir)), )?
+                    ],
                 } ),* ]
             }
 

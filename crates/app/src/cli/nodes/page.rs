@@ -118,7 +118,7 @@ impl NodePage {
                 Resolution::Within(share) => {
                     format!("the same terrain at every cell size, within {} % of its standard deviation", share * 100.0)
                 }
-                Resolution::Cells(why) => format!("it depends on the cells: {why}"),
+                Resolution::Cells(why) => format!("the result depends on the cell size: {why}"),
             },
             sources: node.sources,
             example: format!("\"{}\": {}", node.id.to_lowercase(), node.written(node.example)),

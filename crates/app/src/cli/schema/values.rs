@@ -1,6 +1,8 @@
 //! Schemas of single values: quantities, wires, parameters and inputs.
 
-use orograph_graph::{Fallback, Input, Kind, Layer, ParamSpec, PortType, Stroke, Tool, Unit, Waypoint, range_text};
+use orograph_graph::{
+    Fallback, Input, Kind, Layer, ParamSpec, PortType, Stroke, Tool, Unit, Waypoint, When, range_text,
+};
 use serde_json::{Map, Value, json};
 
 /// A number as it is typed in a quantity.
@@ -172,9 +174,16 @@ pub fn parameter(spec: &ParamSpec) -> Value {
     if let Some(usual) = usual {
         schema["x-usual"] = usual;
     }
-    if !spec.when.is_empty() {
-        let when = spec.when.iter().map(|when| (when.param.to_owned(), json!(when.is)));
-        schema["x-when"] = Value::Object(when.collect());
+    let mut settings = Map::new();
+    for when in spec.when {
+        match when {
+            When::Setting { param, is } => _ = settings.insert((*param).to_owned(), json!(is)),
+            When::Wired(input) => schema["x-if-wired"] = json!(input),
+            When::Unwired(input) => schema["x-unless-wired"] = json!(input),
+        }
+    }
+    if !settings.is_empty() {
+        schema["x-when"] = Value::Object(settings);
     }
     schema["description"] = json!(spec.doc);
     described(schema, unit)

@@ -337,7 +337,9 @@ impl Canvas {
                 }),
             };
             brush.card(card, info, thumb, emphasis, time);
-            if let Some(passed) = model.passed(position).filter(|_| card.muted) {
+            if card.muted
+                && let Some(passed) = model.passed(position)
+            {
                 brush.passed(card, passed.pin, model.pin(passed).ty);
             }
             let hovered = match self.hovered {

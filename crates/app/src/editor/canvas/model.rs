@@ -32,7 +32,14 @@ pub(super) struct Pin {
     /// True if a required wire is missing.
     pub(super) missing: bool,
     /// The constant that replaces a wire.
-    pub(super) constant: Option<String>,
+    pub(super) constant: Option<f64>,
+}
+
+impl Pin {
+    /// The constant with its unit.
+    pub(super) fn constant_text(&self) -> Option<String> {
+        self.constant.map(|value| self.ty.unit().display(value))
+    }
 }
 
 /// The card of a node.
@@ -309,8 +316,15 @@ impl Model {
     /// The input that a muted node passes on as its first output.
     pub(super) fn passed(&self, card: usize) -> Option<Spot> {
         let gives = self.cards[card].outputs.first()?.ty;
-        let wires = self.wires.iter().filter(|wire| wire.to.card == card && gives.accepts(wire.ty));
-        wires.map(|wire| wire.to).min()
+        self.wires_into(card).iter().find(|wire| gives.accepts(wire.ty)).map(|wire| wire.to)
+    }
+
+    /// The wires into the inputs of a card, in the order of the inputs: [`Self::of`] adds those of one card after those of
+    /// another.
+    fn wires_into(&self, card: usize) -> &[Wire] {
+        let first = self.wires.partition_point(|wire| wire.to.card < card);
+        let after = self.wires.partition_point(|wire| wire.to.card <= card);
+        &self.wires[first..after]
     }
 
     pub(super) fn pin(&self, spot: Spot) -> &Pin {
@@ -336,12 +350,12 @@ impl Model {
     }
 
     pub(super) fn wire(&self, name: &WireName) -> Option<&Wire> {
-        self.wires.iter().find(|wire| self.is(wire, name))
+        self.wires_into(self.find(&name.node)?).iter().find(|wire| self.pin(wire.to).name == name.input)
     }
 
     /// The wire into an input.
     pub(super) fn wire_into(&self, spot: Spot) -> Option<&Wire> {
-        self.wires.iter().find(|wire| wire.to == spot)
+        self.wires_into(spot.card).iter().find(|wire| wire.to == spot)
     }
 
     /// All pins of a card, on both sides.
@@ -362,7 +376,7 @@ fn card(document: &Document, index: NodeIndex) -> Card {
         missing: input.fallback == Fallback::Required && graph.source(index, position).is_none(),
         constant: match input.fallback {
             Fallback::Constant { default, .. } if graph.source(index, position).is_none() => {
-                Some(input.ty.unit().display(instance.constants[position].unwrap_or(default)))
+                Some(instance.constants[position].unwrap_or(default))
             }
             _ => None,
         },

@@ -130,8 +130,7 @@ impl Canvas {
             (Side::Input, Some(wire)) => format!("from {}", model.port_name(wire.from)),
             (Side::Input, None) if pin.missing => "Required input.".to_owned(),
             (Side::Input, None) => pin
-                .constant
-                .as_ref()
+                .constant_text()
                 .map_or_else(|| "Optional input.".to_owned(), |constant| format!("{constant}, unless wired")),
             (Side::Output, _) => "Drag to an input, or to empty space to add a node that accepts it.".to_owned(),
         };

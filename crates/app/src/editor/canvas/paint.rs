@@ -415,12 +415,12 @@ impl Brush {
             if let Some(pin) = card.outputs.get(row) {
                 room -= self.text(right, Align2::RIGHT_CENTER, pin.name, 11.5, look.text, room) + 6.0;
             }
-            let missing = |pin: &Pin| pin.missing.then_some("not wired");
+            let missing = |pin: &Pin| pin.missing.then(|| "not wired".to_owned());
             // A constant is left out rather than cut.
-            if let Some(constant) = card.inputs.get(row).and_then(|pin| pin.constant.as_deref().or(missing(pin)))
-                && self.width(constant, 11.5) <= room
+            if let Some(constant) = card.inputs.get(row).and_then(|pin| pin.constant_text().or_else(|| missing(pin)))
+                && self.width(&constant, 11.5) <= room
             {
-                self.text(left + vec2(taken, 0.0), Align2::LEFT_CENTER, constant, 11.5, look.weak, room);
+                self.text(left + vec2(taken, 0.0), Align2::LEFT_CENTER, &constant, 11.5, look.weak, room);
             }
         }
     }

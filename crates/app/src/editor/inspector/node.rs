@@ -52,7 +52,7 @@ pub(super) fn show(
         .into_iter()
         .map(|spec| {
             let value = instance.params.get(spec.name).cloned().unwrap_or_else(|| spec.kind.default_value());
-            let idle = spec.idle(&instance.params);
+            let idle = spec.idle(&instance.params, |input| graph.is_wired(index, input));
             (spec, value, idle)
         })
         .collect();

@@ -35,11 +35,11 @@ pub(super) fn row(ui: &mut Ui, form: &mut FormState, session: &mut Session, subj
     carry_out(ui, form, session, subject.target, action);
 }
 
-/// A row that has no effect with the current settings: it is greyed out, and its tooltip gives the reason. It can still
-/// be edited; large widgets are hidden.
+/// A row that has no effect with the current settings and wires: it is greyed out, and its tooltip gives the reason. It
+/// can still be edited; large widgets are hidden.
 pub(super) fn resting(ui: &mut Ui, form: &mut FormState, session: &mut Session, subject: Subject<'_>, when: &When) {
     let Subject { target, spec, changed, .. } = subject;
-    let why = format!("No effect with the current settings: used only if {when}");
+    let why = format!("No effect now: used only if {when}");
     ui.scope(|ui| {
         ui.multiply_opacity(RESTING);
         if value::is_tall(&spec.kind) {

@@ -1,6 +1,6 @@
 //! Adds nodes from the viewport: after the shown terrain, or beside the graph.
 
-use orograph_graph::{Edit, Node, Port, PortType};
+use orograph_graph::{Edit, Input, Node, OutputType, Port, PortType};
 
 use crate::editor::Session;
 
@@ -42,7 +42,8 @@ impl New {
     }
 }
 
-/// Adds a node and selects it: if it changes a terrain, after the shown one, otherwise without wires.
+/// Adds a node and selects it: if it changes a terrain, after the shown one, otherwise before the selected node, if that
+/// has an input for it that is not wired yet, such as `lines` of `Carve` for a `Path`.
 pub(super) fn add(session: &mut Session, new: New) {
     let shown = session.shown().filter(|shown| {
         let graph = session.document().graph();
@@ -59,11 +60,23 @@ pub(super) fn add(session: &mut Session, new: New) {
             let places = session.document().nodes().iter().filter_map(|node| node.layout);
             let lowest = places.reduce(|[x, y], [u, v]| [x.min(u), y.max(v)]);
             let at = Some(lowest.map_or([0.0, 0.0], |[x, y]| [x, y + STEP[1]]));
-            if session.apply(&Edit::All(new.edits(&name, at))) {
+            let wire = free_input(session, kind).map(|(to, input)| Edit::Connect { from: name.clone(), to, input });
+            if session.apply(&Edit::All(new.edits(&name, at).into_iter().chain(wire).collect())) {
                 session.select_only(&name);
             }
         }
     }
+}
+
+/// The first input of the selected node that has the type of a kind's first output and no wire, with the node's name.
+fn free_input(session: &Session, kind: &Node) -> Option<(String, String)> {
+    let OutputType::Fixed(made) = kind.outputs.first()?.ty else { return None };
+    let graph = session.document().graph();
+    let index = graph.find(session.selected()?).ok()?;
+    let instance = graph.instance(index);
+    let free = |(position, input): &(usize, &Input)| input.ty == made && graph.source(index, *position).is_none();
+    let (_, input) = instance.node.inputs.iter().enumerate().find(free)?;
+    Some((instance.name.clone(), input.name.to_owned()))
 }
 
 /// Inserts a node after an output: it reads the output, and the readers of the output read it. Selects it.

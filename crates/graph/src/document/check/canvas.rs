@@ -37,7 +37,7 @@ fn of_nodes<'i>(
     problems: &mut Problems,
 ) -> Vec<(usize, &'i str, &'i Item)> {
     let mut found = Vec::new();
-    for (name, item) in problems.duplicates(group, &format!("in `{field}`")) {
+    for (name, item) in problems.duplicates(group, format_args!("in `{field}`")) {
         match by_name.get(name).copied() {
             Some(position) => found.push((position, name, item)),
             None => {

@@ -38,6 +38,7 @@ use crate::{
     Document,
     diagnostic::Diagnostic,
     graph::{Graph, Port},
+    param::ParamSpec,
     registry::Registry,
     value::PortType,
     world::World,
@@ -125,7 +126,18 @@ pub(super) fn check(
     let mut checked = match root(source, tree, &mut problems) {
         Some(root) => {
             let (out, bad, seas) = (Checked::default(), BTreeSet::new(), Vec::new());
-            let mut checker = Checker { source, registry, home, loader, problems, out, bad, seas, beyond: None };
+            let mut checker = Checker {
+                source,
+                registry,
+                home,
+                loader,
+                problems,
+                out,
+                bad,
+                seas,
+                beyond: None,
+                specs: HashMap::new(),
+            };
             checker.file(root);
             problems = checker.problems;
             checker.out
@@ -187,6 +199,8 @@ struct Checker<'a> {
     seas: Vec<sea::Own>,
     /// The first use of a file with which the graph is too large.
     beyond: Option<Range<usize>>,
+    /// The specifications of the kinds so far.
+    specs: HashMap<&'static str, Arc<[ParamSpec]>>,
 }
 
 impl Checker<'_> {

@@ -241,6 +241,14 @@ impl Checker<'_> {
         }
     }
 
+    /// The specifications of a kind, made once for all of its nodes. Each file that is used has its own.
+    fn specs(&mut self, node: &'static Node) -> Arc<[ParamSpec]> {
+        if node.is_subgraph() {
+            return node.specs().into();
+        }
+        Arc::clone(self.specs.entry(node.id).or_insert_with(|| node.specs().into()))
+    }
+
     fn node(
         &mut self,
         node: &'static Node,
@@ -249,11 +257,11 @@ impl Checker<'_> {
         body: Option<&Group>,
         pending: &mut Vec<Pending>,
     ) -> Option<NodeIndex> {
-        let specs = node.specs();
+        let specs = self.specs(node);
         let mut instance = Instance::with(&entry.name, node, &specs);
         let mut given = Vec::new();
         if let Some(group) = body {
-            self.problems.duplicates(group, &format!("in `{}`", entry.name));
+            self.problems.duplicates(group, format_args!("in `{}`", entry.name));
             given = args::args(group, self.source);
         }
         let moved = args::migrate(&mut given, node, version, &entry.kind_span);

@@ -1,6 +1,6 @@
 //! The problems of a file, collected during its check; each mistake is reported once.
 
-use std::{collections::BTreeSet, ops::Range};
+use std::{collections::HashSet, fmt::Display, ops::Range};
 
 use crate::document::syntax::{
     Expr, Group, Item,
@@ -13,6 +13,9 @@ use crate::{
 
 /// The largest number of errors that are kept, and of warnings; the others are only counted.
 const MOST_KEPT: usize = 100;
+
+/// Names that are compared with each other faster than they are hashed.
+const FEW: usize = 16;
 
 /// The code of the problem that counts those that are not kept.
 pub(crate) const MORE: &str = "more";
@@ -145,7 +148,7 @@ impl Problems {
 
     /// Reports items without a name, duplicate names and unknown names.
     pub(crate) fn names(&mut self, group: &Group, owner: &str, known: &[&str]) {
-        self.duplicates(group, &format!("in {owner}"));
+        self.duplicates(group, format_args!("in {owner}"));
         for key in group.items.iter().filter_map(|item| item.key.as_ref()) {
             if !known.contains(&key.text.as_str()) {
                 let message = format!("{owner} has no field `{}`", key.text);
@@ -159,9 +162,9 @@ impl Problems {
     }
 
     /// Reports items without a name and duplicate names; returns the rest.
-    pub(crate) fn duplicates<'a>(&mut self, group: &'a Group, place: &str) -> Vec<(&'a str, &'a Item)> {
-        let mut seen: BTreeSet<&str> = BTreeSet::new();
-        let mut unique = Vec::new();
+    pub(crate) fn duplicates<'a>(&mut self, group: &'a Group, place: impl Display) -> Vec<(&'a str, &'a Item)> {
+        let mut seen: HashSet<&str> = HashSet::new();
+        let mut unique: Vec<(&str, &Item)> = Vec::with_capacity(group.items.len());
         for item in &group.items {
             match &item.key {
                 None if self.has_syntax_in(&(group.open..item.value.span.end + 1)) => {}
@@ -173,7 +176,8 @@ impl Problems {
                     );
                     self.push(problem.hint("values are written `name: value`"));
                 }
-                Some(key) if !seen.insert(&key.text) => {
+                // the few parameters of a node are compared one by one
+                Some(key) if is_known(&mut seen, &unique, &key.text) => {
                     let message = format!("`{}` appears twice {place}", key.text);
                     let problem = Diagnostic::error("duplicate", key.span.clone(), message);
                     self.push(problem.label("again here").hint("remove or rename one of them"));
@@ -183,6 +187,17 @@ impl Problems {
         }
         unique
     }
+}
+
+/// Whether a name is among those so far; `seen` has them too, once they are many.
+fn is_known<'a>(seen: &mut HashSet<&'a str>, so_far: &[(&'a str, &Item)], name: &'a str) -> bool {
+    if so_far.len() < FEW {
+        return so_far.iter().any(|(other, _)| *other == name);
+    }
+    if seen.is_empty() {
+        seen.extend(so_far.iter().map(|(other, _)| *other));
+    }
+    !seen.insert(name)
 }
 
 /// Joins names for a message.

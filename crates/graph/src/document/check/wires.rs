@@ -1,7 +1,8 @@
 //! Wires of a file: resolved, checked for cycles, and connected from the sources on, so that output types are known.
 
 use std::{
-    collections::{BTreeMap, BTreeSet, VecDeque},
+    collections::{BTreeMap, BTreeSet, HashMap, VecDeque},
+    fmt::Display,
     ops::Range,
 };
 
@@ -62,11 +63,28 @@ struct Found {
     sound: bool,
 }
 
+/// The wires at one of their ends, by node; those of a node in their order.
+struct ByNode(Vec<(NodeIndex, usize)>);
+
+impl ByNode {
+    fn new(wires: &[Found], end: impl Fn(&Found) -> NodeIndex) -> Self {
+        let mut all: Vec<_> = wires.iter().enumerate().map(|(at, wire)| (end(wire), at)).collect();
+        all.sort_unstable();
+        Self(all)
+    }
+
+    /// The positions of the wires of a node.
+    fn of(&self, node: NodeIndex) -> impl Iterator<Item = usize> {
+        let first = self.0.partition_point(|(other, _)| *other < node);
+        self.0[first..].iter().take_while(move |(other, _)| *other == node).map(|(_, at)| *at)
+    }
+}
+
 /// The output at a wire's source. Reports a source that does not exist, except on placeholders.
 pub(crate) fn resolve(
     graph: &Graph,
     end: &str,
-    what: &str,
+    what: impl Display,
     span: &Range<usize>,
     entries: &BTreeMap<String, Option<NodeIndex>>,
     problems: &mut Problems,
@@ -122,8 +140,8 @@ pub(crate) fn connect(
     for Pending { node, input, end, span } in pending {
         let Some(end) = end else { continue };
         let instance = graph.instance(node);
-        let what = format!("`{}.{}`", instance.name, instance.node.inputs[input].name);
-        match resolve(graph, &end, &what, &span, entries, problems) {
+        let what = format_args!("`{}.{}`", instance.name, instance.node.inputs[input].name);
+        match resolve(graph, &end, what, &span, entries, problems) {
             Some(from) => wires.push(Found { from, to: node, input, span, sound: true }),
             None => {
                 broken.insert((node, input));
@@ -133,19 +151,16 @@ pub(crate) fn connect(
     let order = order(graph, &mut wires, problems);
     broken.extend(wires.iter().filter(|wire| !wire.sound).map(|wire| (wire.to, wire.input)));
 
-    let mut into: BTreeMap<NodeIndex, Vec<&Found>> = BTreeMap::new();
-    for wire in wires.iter().filter(|wire| wire.sound) {
-        into.entry(wire.to).or_default().push(wire);
-    }
+    let into = ByNode::new(&wires, |wire| wire.to);
     let mut types: BTreeMap<Port, PortType> = BTreeMap::new();
     for node in order {
         let declared = graph.instance(node).node;
-        let mut given: BTreeMap<usize, PortType> = BTreeMap::new();
-        for wire in into.get(&node).map_or(&[][..], Vec::as_slice) {
+        let mut given: Vec<(usize, PortType)> = Vec::new();
+        for wire in into.of(node).map(|at| &wires[at]).filter(|wire| wire.sound) {
             match types.get(&wire.from) {
                 Some(gives) if declared.inputs[wire.input].ty.accepts(*gives) => {
                     graph.add_wire(wire.from, node, wire.input);
-                    given.insert(wire.input, *gives);
+                    given.push((wire.input, *gives));
                 }
                 Some(gives) => {
                     broken.insert((node, wire.input));
@@ -162,7 +177,10 @@ pub(crate) fn connect(
                 OutputType::Chosen(choose) => (!bad.contains(&node)).then(|| choose(&graph.instance(node).params)),
                 OutputType::SameAs(input) => match declared.inputs.iter().position(|i| i.name == input) {
                     Some(input) if broken.contains(&(node, input)) => None,
-                    Some(input) => Some(given.get(&input).copied().unwrap_or(PortType::Height)),
+                    Some(input) => {
+                        let wired = given.iter().find(|(wired, _)| *wired == input);
+                        Some(wired.map_or(PortType::Height, |(_, gives)| *gives))
+                    }
                     None => Some(PortType::Height),
                 },
             };
@@ -228,14 +246,8 @@ fn converter(
 /// The nodes, sources first. Wires that close a cycle are reported and marked.
 fn order(graph: &Graph, wires: &mut [Found], problems: &mut Problems) -> Vec<NodeIndex> {
     let nodes: Vec<NodeIndex> = graph.indices().collect();
-    let mut out_of: BTreeMap<NodeIndex, Vec<usize>> = BTreeMap::new();
-    let mut into: BTreeMap<NodeIndex, Vec<usize>> = BTreeMap::new();
-    for (at, wire) in wires.iter().enumerate() {
-        out_of.entry(wire.from.node).or_default().push(at);
-        into.entry(wire.to).or_default().push(at);
-    }
-    let mut waiting: BTreeMap<NodeIndex, usize> =
-        nodes.iter().map(|node| (*node, into.get(node).map_or(0, Vec::len))).collect();
+    let (out_of, into) = (ByNode::new(wires, |wire| wire.from.node), ByNode::new(wires, |wire| wire.to));
+    let mut waiting: HashMap<NodeIndex, usize> = nodes.iter().map(|node| (*node, into.of(*node).count())).collect();
     let mut ready: VecDeque<NodeIndex> = nodes.iter().copied().filter(|node| waiting[node] == 0).collect();
     let mut order = Vec::with_capacity(nodes.len());
     let mut unvisited = nodes.iter().copied();
@@ -244,11 +256,11 @@ fn order(graph: &Graph, wires: &mut [Found], problems: &mut Problems) -> Vec<Nod
         while let Some(node) = ready.pop_front() {
             waiting.remove(&node);
             order.push(node);
-            for at in out_of.get(&node).into_iter().flatten().filter(|at| wires[**at].sound) {
-                if let Some(count) = waiting.get_mut(&wires[*at].to) {
+            for wire in out_of.of(node).map(|at| &wires[at]).filter(|wire| wire.sound) {
+                if let Some(count) = waiting.get_mut(&wire.to) {
                     *count -= 1;
                     if *count == 0 {
-                        ready.push_back(wires[*at].to);
+                        ready.push_back(wire.to);
                     }
                 }
             }
@@ -272,12 +284,7 @@ fn order(graph: &Graph, wires: &mut [Found], problems: &mut Problems) -> Vec<Nod
 }
 
 /// The wires of a cycle among waiting nodes, each feeding the one before it.
-fn cycle(
-    start: NodeIndex,
-    wires: &[Found],
-    into: &BTreeMap<NodeIndex, Vec<usize>>,
-    waiting: &BTreeMap<NodeIndex, usize>,
-) -> Vec<usize> {
+fn cycle(start: NodeIndex, wires: &[Found], into: &ByNode, waiting: &HashMap<NodeIndex, usize>) -> Vec<usize> {
     let mut seen: BTreeMap<NodeIndex, usize> = BTreeMap::new();
     let mut way: Vec<usize> = Vec::new();
     let mut node = start;
@@ -286,9 +293,7 @@ fn cycle(
             return way.split_off(first);
         }
         // A waiting node has a valid wire from another waiting node, otherwise it would be ready.
-        let back = into.get(&node).into_iter().flatten().copied();
-        let Some(at) = back.into_iter().find(|at| wires[*at].sound && waiting.contains_key(&wires[*at].from.node))
-        else {
+        let Some(at) = into.of(node).find(|at| wires[*at].sound && waiting.contains_key(&wires[*at].from.node)) else {
             return Vec::new();
         };
         way.push(at);

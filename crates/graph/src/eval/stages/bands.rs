@@ -14,12 +14,13 @@ use crate::{
         Delivered, Evaluation, Request,
         error::EvalError,
         event::{Event, Origin, lock},
+        plan::Level,
         work::Pinned,
     },
     field::Field,
     memory,
     value::Value,
-    world::{Window, World},
+    world::Window,
 };
 
 impl Course<'_> {
@@ -32,14 +33,14 @@ impl Course<'_> {
         answered: &mut [bool],
     ) -> Result<Vec<Option<Value>>, EvalError> {
         let bands = bands(&stage.window, rows);
-        let world = stage.window.world;
-        let events = |event: Event| (self.events)(Some(&world), event);
+        let level = Level { world: stage.window.world, is_state: false };
+        let events = |event: Event| (self.events)(Some(&level), event);
         let teller = BandReporter::new(&events);
         let mut whole: Vec<Whole> = Vec::new();
         for (at, band) in bands.iter().enumerate() {
             let requests: Vec<Request> = stage.results.iter().map(|result| self.request(*result, *band)).collect();
             let evaluation = Evaluation { requests: &requests, byproducts: &[], ..*self.evaluation };
-            let tell = |_: Option<&World>, event: Event| teller.hear(event);
+            let tell = |_: Option<&Level>, event: Event| teller.hear(event);
             let values = self.values(evaluation, pinned, bands.len() == 1, &tell)?;
             teller.advance((at + 1) as f32 / bands.len() as f32);
             for (position, value) in values.into_iter().enumerate() {

@@ -28,7 +28,7 @@ fn below(world: &World) -> Option<Below> {
     let level = |cells: u32| World { cells: [cells; 2], ..*world };
     match cells {
         ..COARSEST => Some(Below::Results(level(COARSEST))),
-        COARSEST => None,
+        COARSEST => Some(Below::Results(level(2 * COARSEST))),
         _ => Some(Below::State(level(((cells - 1) / COARSEST + 1).next_power_of_two() / 2 * COARSEST))),
     }
 }
@@ -124,8 +124,10 @@ fn a_preview_is_a_level_of_the_same_run() {
     let graph = graph(2);
     let port = graph.port("levels").expect("exists");
     for (preview, expected) in [
-        (8, vec![(8, true, true), (16, false, true), (32, true, true)]),
-        (4, vec![(8, true, true), (4, true, false), (16, false, true), (32, true, true)]),
+        (16, vec![(8, false, true), (16, true, true), (32, true, true)]),
+        // the results of the coarsest are those of the next one, which goes on from its state
+        (8, vec![(8, false, true), (16, true, true), (8, true, false), (32, true, true)]),
+        (4, vec![(8, false, true), (16, true, true), (8, true, false), (4, true, false), (32, true, true)]),
     ] {
         let got = run_requests(&evaluator(1), &graph, &[(port, on(preview)), (port, on(32))]).expect("runs");
         assert_eq!(calls(2), expected);
@@ -143,16 +145,24 @@ fn a_chain_shares_the_levels_of_what_it_reads() {
     let evaluator = evaluator(2);
     run(&evaluator, &chain.0, &["second"], on(32)).expect("runs");
     // the first node gives its outputs on each level, the second only on the last
-    let first = [8, 16, 32].map(|cells| (cells, true, true));
+    let first = [(8, false, true), (16, true, true), (8, true, false), (32, true, true)];
     let second = [(8, false, true), (16, false, true), (32, true, true)];
     let sorted = |mut calls: Vec<(u32, bool, bool)>| {
         calls.sort_unstable();
         calls
     };
-    assert_eq!(sorted(calls(7)), sorted([first, second].concat()));
+    assert_eq!(sorted(calls(7)), sorted([&first[..], &second[..]].concat()));
     let got = run(&evaluator, &chain.0, &["second"], on(64)).expect("runs");
     assert_eq!(calls(7), [(64, true, true); 2]);
     assert_eq!(got.values, run(&self::evaluator(1), &chain.0, &["second"], on(64)).expect("runs").values);
+
+    // results on the coarsest level are taken from the next, on which the second node reads what the first gives there
+    let [coarsest, next] = [8, 16].map(|cells| {
+        let values = run(&self::evaluator(1), &chain.0, &["second"], on(cells)).expect("runs").values;
+        values[0].as_field().expect("a field").samples().to_vec()
+    });
+    let every_second: Vec<f32> = (0..64).map(|cell| next[cell / 8 * 2 * 16 + cell % 8 * 2]).collect();
+    assert_eq!(coarsest, every_second);
 }
 
 #[test]
@@ -254,7 +264,7 @@ fn levels_are_reported_as_one_run() {
     // what is computed from a level of more cells warns as that does, and again from the store
     let evaluator = evaluator(1);
     for _ in 0..2 {
-        assert_eq!(run(&evaluator, &graph, &["levels"], on(4)).expect("runs").warnings, ["on 8 cells"]);
+        assert_eq!(run(&evaluator, &graph, &["levels"], on(4)).expect("runs").warnings, ["on 16 cells"]);
     }
 }
 

@@ -38,7 +38,8 @@ impl Subject {
 
     fn of_node(graph: &Graph, node: NodeIndex) -> Vec<Self> {
         let instance = graph.instance(node);
-        let params = instance.node.specs().into_iter().filter(|spec| spec.idle(&instance.params).is_none());
+        let is_wired = |input: &str| graph.is_wired(node, input);
+        let params = instance.node.specs().into_iter().filter(|spec| spec.idle(&instance.params, is_wired).is_none());
         let params = params.filter_map(|spec| {
             let (hard, soft, now, kind) = match (&spec.kind, instance.params.get(spec.name)?) {
                 (Kind::Float { hard, soft, .. }, ParamValue::Float(now)) => (*hard, *soft, *now, Number::Real),

@@ -71,14 +71,16 @@ impl Arm {
     pub(super) fn of(session: &Session, node: &str) -> Vec<Self> {
         let graph = session.document().graph();
         let middle = session.document().world().size.map(|metres| 0.5 * metres);
-        graph.find(node).map(|index| Self::of_node(graph.instance(index), middle)).unwrap_or_default()
+        let arms = |index| Self::of_node(graph.instance(index), |input| graph.is_wired(index, input), middle);
+        graph.find(node).map(arms).unwrap_or_default()
     }
 
     /// The arms of a node in a world with this middle.
-    fn of_node(instance: &Instance, middle: [f64; 2]) -> Vec<Self> {
+    fn of_node(instance: &Instance, is_wired: impl Fn(&str) -> bool, middle: [f64; 2]) -> Vec<Self> {
         let specs = instance.node.specs();
         let find = |name: &str| -> Option<(&ParamSpec, &ParamValue)> {
-            let spec = specs.iter().find(|spec| spec.name == name && spec.idle(&instance.params).is_none())?;
+            let spec =
+                specs.iter().find(|spec| spec.name == name && spec.idle(&instance.params, &is_wired).is_none())?;
             Some((spec, instance.params.get(name)?))
         };
         let centre = match find("centre") {
@@ -280,7 +282,7 @@ mod tests {
     fn arms<const N: usize>(text: &str) -> [Arm; N] {
         let document = Document::parse(format!("(nodes: {{ \"a\": {text} }})"), &orograph_nodes::registry());
         let graph = document.graph();
-        let found = Arm::of_node(graph.instance(graph.find("a").expect("a node")), [500.0, 300.0]);
+        let found = Arm::of_node(graph.instance(graph.find("a").expect("a node")), |_| false, [500.0, 300.0]);
         found.try_into().expect("so many arms")
     }
 

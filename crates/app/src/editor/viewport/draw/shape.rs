@@ -42,10 +42,11 @@ impl Shape {
     /// The drawable parameters of a node that have an effect with its settings.
     pub(super) fn of(session: &Session, node: &str) -> Vec<Self> {
         let graph = session.document().graph();
-        let Ok(instance) = graph.find(node).map(|index| graph.instance(index)) else { return Vec::new() };
+        let Ok(index) = graph.find(node) else { return Vec::new() };
+        let (instance, is_wired) = (graph.instance(index), |input: &str| graph.is_wired(index, input));
         let shape = |spec: ParamSpec| {
             let (hard, closed) = drawable(&spec.kind)?;
-            let value = instance.params.get(spec.name).filter(|_| spec.idle(&instance.params).is_none())?;
+            let value = instance.params.get(spec.name).filter(|_| spec.idle(&instance.params, is_wired).is_none())?;
             let is_set = *value != spec.kind.default_value();
             Some(Self { node: instance.name.clone(), param: spec.name, hard, closed, is_set, value: value.clone() })
         };
