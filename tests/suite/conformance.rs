@@ -10,7 +10,7 @@ use std::{
 
 use orograph_graph::{
     Cancel, EvalError, Evaluation, Evaluator, EvaluatorOptions, Exactness, Field, GeoPlace, InputValue, Measure, Node,
-    OutputType, ParamSpec, ParamValue, ParamValues, PortType, Request, Resolution, Store, Strata, Value, Window, World,
+    OutputType, ParamSpec, ParamValues, PortType, Request, Resolution, Store, Strata, Value, When, Window, World,
 };
 use orograph_nodes::{numerics::simd, registry};
 use orograph_tests::{
@@ -159,17 +159,34 @@ fn every_input_that_takes_numbers_can_be_fed() {
     });
 }
 
-/// A parameter that is declared to have no effect with a setting has none.
+/// A parameter that is declared to have no effect with a setting, or with or without a wire, has none.
 #[test]
 fn parameters_without_effect_change_nothing() {
     for_every_node(|node| {
         let specs = node.specs();
         for spec in &specs {
             for when in spec.when {
-                let governs = specs.iter().find(|other| other.name == when.param).ok_or("no such parameter")?;
-                for value in options(&governs.kind).into_iter().filter(|value| !when.is.contains(&&*value.to_string()))
-                {
-                    rests(node, spec, (governs.name, value))?;
+                let position = |name: &str| node.inputs.iter().position(|input| input.name == name);
+                match when {
+                    When::Setting { param, is } => {
+                        let governs = specs.iter().find(|other| other.name == *param).ok_or("no such parameter")?;
+                        for value in
+                            options(&governs.kind).into_iter().filter(|value| !is.contains(&&*value.to_string()))
+                        {
+                            rests(node, spec, when, |case| Some(set(case, &[(governs.name, value.clone())])))?;
+                        }
+                    }
+                    When::Wired(name) => {
+                        let input = position(name).ok_or("no such input")?;
+                        rests(node, spec, when, |mut case| {
+                            case.graph.disconnect(case.node, input);
+                            Some(case)
+                        })?;
+                    }
+                    When::Unwired(name) => rests(node, spec, when, |case| {
+                        let is_wired = case.graph.is_wired(case.node, name);
+                        is_wired.then_some(case)
+                    })?,
                 }
             }
         }
@@ -180,23 +197,26 @@ fn parameters_without_effect_change_nothing() {
 /// Where the elevation model lies that the example of `Import` reads.
 const GLENCOE: GeoPlace = GeoPlace { epsg: 27_700, corner_m: [212000.0, 773600.0] };
 
-/// Checks that a parameter has no effect with a setting, for which at least one of the cases must run.
-fn rests(node: &'static Node, spec: &ParamSpec, setting: (&'static str, ParamValue)) -> Result<(), String> {
-    let (governs, value) = &setting;
+/// Checks that a parameter has no effect in cases where a condition does not hold, of which at least one must run.
+fn rests(
+    node: &'static Node,
+    spec: &ParamSpec,
+    when: &When,
+    without: impl Fn(Case) -> Option<Case>,
+) -> Result<(), String> {
     let mut runs = false;
-    for case in [example(node), wired(node), plain(node)] {
-        let case = set(case, std::slice::from_ref(&setting));
+    for case in [example(node), wired(node), plain(node)].into_iter().filter_map(without) {
         let place = Some(GLENCOE).filter(|_| node.reads_place);
         let outputs = |case: &Case| evaluate(case, World { place, ..world(48) }, 2).map_err(|error| error.to_string());
         let before = outputs(&case);
         runs |= before.is_ok();
         for other in others(&spec.kind) {
             if outputs(&set(case.clone(), &[(spec.name, other.clone())])) != before {
-                return Err(format!("`{}: {other}` changes the result of `{governs}: {value}`", spec.name));
+                return Err(format!("`{}: {other}` changes the result where it is not true that {when}", spec.name));
             }
         }
     }
-    if runs { Ok(()) } else { Err(format!("`{}` cannot be tried with `{governs}: {value}`", spec.name)) }
+    if runs { Ok(()) } else { Err(format!("`{}` cannot be tried where it is not true that {when}", spec.name)) }
 }
 
 #[test]

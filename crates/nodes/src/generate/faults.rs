@@ -29,7 +29,7 @@ params! {
     faults: i64 = 40, Count, 1..=2000, soft 1..=400, when pattern = "random";
     /// Height of the largest step, or of the one along the path.
     throw: f64 = 400.0, Metres, -1e5..=1e5, soft 0..=2000;
-    /// Length of the largest fault, which smaller ones have in proportion to their throw; 0 for lines across the world.
+    /// Length of the largest fault; smaller ones are shorter in proportion to their throw; 0 gives lines across the world.
     length: f64 = 30000.0, Metres, 0.0..=1e7, soft 0..=50000, when pattern = "random";
     /// Half the width of the zone that contains 71 % of the largest step; with a `length`, smaller ones are narrower.
     width: f64 = 120.0, Metres, 0.1..=1e6, soft 10..=2000;

@@ -28,6 +28,7 @@ pub mod polylines;
 pub(crate) mod range;
 pub mod rank;
 pub(crate) mod repose;
+pub(crate) mod ribs;
 pub(crate) mod rock;
 pub mod routing;
 pub mod segment;

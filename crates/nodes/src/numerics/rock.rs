@@ -91,28 +91,55 @@ const FIRST_OCTAVE: f64 = 0.5;
 /// Standard deviation of the slope of an octave of knolls along one axis, per wavelength, for an amplitude of 1.
 const OCTAVE_SLOPE: f64 = 0.49;
 
-/// Returns the knolls and hollows of hillslopes on rock that is harder or softer over short distances, in metres of
-/// height per slope of the hillslope: octaves of equal slope, whose standard deviation is `roughness`, from half of
-/// `hillslope_m` down to a few cells. Empty where there are none, or cells are too large for them.
-///
-/// # Errors
-/// [`NodeError::Cancelled`].
-pub(crate) fn knolls(job: &Job<'_>, roughness: f64, hillslope_m: f64) -> Result<Vec<f32>, NodeError> {
-    let wavelength_m = LONGEST_KNOLLS * hillslope_m;
-    if roughness <= 0.0 || wavelength_m <= 0.0 {
-        return Ok(Vec::new());
+/// The knolls and hollows of hillslopes on rock that is harder or softer over short distances, in metres of height per
+/// slope of the hillslope: octaves of equal slope, whose standard deviation is `roughness`, from half of `hillslope_m`
+/// down to a few cells.
+#[derive(Debug)]
+pub(crate) struct Knolls {
+    octaves: Vec<Octave>,
+    amplitude_m: f64,
+}
+
+impl Knolls {
+    /// The knolls that the cells of a job can hold.
+    pub(crate) fn new(job: &Job<'_>, roughness: f64, hillslope_m: f64) -> Self {
+        let wavelength_m = LONGEST_KNOLLS * hillslope_m;
+        if roughness <= 0.0 || wavelength_m <= 0.0 {
+            return Self { octaves: Vec::new(), amplitude_m: 0.0 };
+        }
+        let seed = mix(job.seed() ^ mix(0x5EED_0003));
+        let fractal = Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
+        // all waves at full height that cells can represent
+        let full = |octave: Octave| Octave { fade: 1.0, ..octave.seen(1.0, [0; 2]) };
+        let octaves = fractal.octaves(&job.window().world).into_iter().map(full).collect();
+        Self { octaves, amplitude_m: roughness * wavelength_m / (OCTAVE_SLOPE * FIRST_OCTAVE) }
     }
-    let seed = mix(job.seed() ^ mix(0x5EED_0003));
-    let fractal = Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
-    let window = job.window();
-    // all waves at full height that cells can represent
-    let full = |octave: Octave| Octave { fade: 1.0, ..octave.seen(1.0, [0; 2]) };
-    let octaves: Vec<_> = fractal.octaves(&window.world).into_iter().map(full).collect();
-    if octaves.is_empty() {
-        return Ok(Vec::new());
+
+    /// The sum of all octaves. Empty where there are none, or cells are too large for them.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub(crate) fn all(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        if self.octaves.is_empty() { Ok(Vec::new()) } else { self.of(job, &self.octaves) }
     }
-    let amplitude_m = roughness * wavelength_m / (OCTAVE_SLOPE * FIRST_OCTAVE);
-    sum::places(job, [window.nx(), window.ny()], &octaves, Basis::Bell, amplitude_m)
+
+    /// The wavelength of each octave in cells.
+    pub(crate) fn wavelengths(&self) -> impl Iterator<Item = f64> {
+        self.octaves.iter().map(|octave| octave.wavelength_cells)
+    }
+
+    /// One octave.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub(crate) fn octave(&self, job: &Job<'_>, k: usize) -> Result<Vec<f32>, NodeError> {
+        self.of(job, &self.octaves[k..=k])
+    }
+
+    fn of(&self, job: &Job<'_>, octaves: &[Octave]) -> Result<Vec<f32>, NodeError> {
+        let window = job.window();
+        sum::places(job, [window.nx(), window.ny()], octaves, Basis::Bell, self.amplitude_m)
+    }
 }
 
 /// Returns the tangent of a steepest slope in degrees; infinite for 90° and for a void.

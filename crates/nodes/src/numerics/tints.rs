@@ -4,6 +4,8 @@
 //! relief maps (E. Imhof, 1965, Kartographische Geländedarstellung). Between them colours are interpolated in OKLab (B.
 //! Ottosson, 2020), where equal distances look equal, so that no band stands out.
 
+use std::sync::LazyLock;
+
 use super::light::{linear, oklab, rgb};
 use crate::prelude::*;
 use orograph_graph::Srgb;
@@ -30,10 +32,18 @@ pub(crate) const WATER: [(f64, u32); 4] = [(0.0, 0xb4d8e0), (0.12, 0x86bcd2), (0
 pub const VALUES: [(&str, Number); 4] =
     [("k_steps", Number::U32), ("k_low_m", Number::F32), ("k_per_m", Number::F32), ("k_sea_m", Number::F32)];
 
-/// A table of linear RGB by elevation.
+/// The colours of water from the shore to the deep, then those of land from low to high, as linear RGB.
+static TABLE: LazyLock<Vec<[f32; 3]>> = LazyLock::new(|| {
+    let row = |anchors: &[(f64, u32)]| -> Vec<[f32; 3]> {
+        (0..STEPS).map(|i| at(anchors, i as f64 / (STEPS - 1) as f64)).collect()
+    };
+    [row(&WATER), row(&LAND)].concat()
+});
+
+/// Linear RGB by elevation.
 #[derive(Clone, Debug)]
 pub struct Tints {
-    table: Vec<[f32; 3]>,
+    table: &'static [[f32; 3]],
     low_m: f32,
     per_m: f32,
     sea_m: f32,
@@ -44,12 +54,8 @@ impl Tints {
     /// it as `high_m` is above `low_m`.
     #[must_use]
     pub fn new(low_m: f64, high_m: f64, sea_m: Option<f64>) -> Self {
-        let row = |anchors: &[(f64, u32)]| -> Vec<[f32; 3]> {
-            (0..STEPS).map(|i| at(anchors, i as f64 / (STEPS - 1) as f64)).collect()
-        };
-        let table = [row(&WATER), row(&LAND)].concat();
         let sea_m = sea_m.map_or(f32::NEG_INFINITY, |level| level as f32);
-        Self { table, low_m: low_m as f32, per_m: (1.0 / (high_m - low_m).max(1e-6)) as f32, sea_m }
+        Self { table: TABLE.as_slice(), low_m: low_m as f32, per_m: (1.0 / (high_m - low_m).max(1e-6)) as f32, sea_m }
     }
 
     /// Returns the table for shaders with [`VALUES`]: red, green and blue of each step.

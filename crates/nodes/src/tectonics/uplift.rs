@@ -44,8 +44,8 @@ params! {
     centre: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7, when shape = "gaussian" | "fault";
     /// Distance from the centre of a dome at which the rate has fallen to 61 % (one standard deviation).
     radius: f64 = 5000.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "gaussian";
-    /// Points along the crest of a range; not used if `lines` is wired.
-    path: PathPoints = PathPoints(vec![[1500.0, 11500.0], [6500.0, 9500.0], [10000.0, 6500.0], [15000.0, 5000.0]]), Metres, -1e7..=1e7, when shape = "range";
+    /// Points along the crest of a range.
+    path: PathPoints = PathPoints(vec![[1500.0, 11500.0], [6500.0, 9500.0], [10000.0, 6500.0], [15000.0, 5000.0]]), Metres, -1e7..=1e7, when shape = "range", unless lines;
     /// Distance to the right of a range's path at which the rate has fallen to 61 %.
     front: f64 = 1500.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "range";
     /// Distance to the left of a range's path at which the rate has fallen to 61 %.

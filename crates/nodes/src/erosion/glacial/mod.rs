@@ -180,7 +180,9 @@ pub static NODE: Node = Node {
     scratch: Scratch::Bytes(scratch),
     cpu: run,
     process: Some(begin),
-    resolution: Resolution::Cells("walls and moraines are as narrow as ice cells, which decide where ice divides"),
+    resolution: Resolution::Cells(
+        "walls and moraines can be as narrow as an ice cell, and the size of ice cells affects where ice divides",
+    ),
     example: "height: \"base\", ela: 900, warming: 300, ice_cell: 300",
     ..Node::DEFAULT
 };

@@ -165,8 +165,11 @@ impl Flow<'_> {
             let depth = level - lower - self.land.ground[cell];
             if depth > 0.0 {
                 self.land.settle(cell, depth);
+                // a hollow may be filled by thousands of small amounts
+                if self.room.laid[cell] == 0.0 {
+                    self.touched.push(cell as u32);
+                }
                 self.room.laid[cell] += depth;
-                self.touched.push(cell as u32);
             }
         }
         if let Some(next) = spills {

@@ -45,6 +45,8 @@ params! {
     variation_size: f64 = 3e3, Metres, 0.0..=1e7, soft 0..=50e3;
     /// How rough hillslopes are: the `roughness` of `StreamPower`. Knolls of harder rock stand steeper.
     knolls: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
+    /// How far knolls are drawn out down a slope: the `ribs` of `StreamPower`.
+    ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;
     /// The `headwater_area` of `StreamPower`; the largest knolls are half as long as its root.
     headwater_area: f64 = 5e5, SquareMetres, 0.0..=1e12, soft 0..=5e6;
     /// Largest deviation of the dip and the strike of a failure plane from those of the law.
@@ -55,20 +57,20 @@ params! {
     bulking: f64 = 1.25, One, 1.0..=2.0, soft 1..=1.5;
     /// Area of a deposit over its volume to the power of 2/3.
     spread: f64 = 20.0, One, 1.0..=1e3, soft 5..=200;
-    /// Fall over runout of a slide of 1 m³; 0 lets debris run until its sheet is complete.
+    /// Fall divided by runout for a slide of 1 m³; with 0, debris runs until its sheet is complete.
     ///
-    /// Both are measured from the crown of the scar to the farthest debris. Larger slides run farther.
+    /// Fall and runout are measured from the crown of the scar to the farthest debris. Larger slides run farther.
     reach: f64 = 0.9, One, 0.0..=10.0, soft 0.5..=1.5;
-    /// Slope from which on no debris comes to rest.
+    /// Slope at and above which no debris comes to rest.
     deposit_slope: f64 = 25.0, Degrees, 1.0..=80.0, soft 10..=40;
-    /// Number of places per km² and 1000 years at which soil is tested; used only if `soil` is wired.
-    soil_rate: f64 = 20.0, One, 0.0..=1e4, soft 0..=100;
-    /// Cohesion of soil with its roots; used only if `soil` is wired.
-    soil_cohesion: f64 = 2e3, Pascals, 0.0..=1e6, soft 0..=20e3;
-    /// Angle of friction of soil; used only if `soil` is wired.
-    soil_friction: f64 = 33.0, Degrees, 0.0..=80.0, soft 20..=45;
-    /// Density of moist soil in kg/m³; used only if `soil` is wired.
-    soil_density: f64 = 1800.0, One, 500.0..=5000.0, soft 1200..=2200;
+    /// Number of places per km² and 1000 years at which soil is tested.
+    soil_rate: f64 = 20.0, One, 0.0..=1e4, soft 0..=100, with soil;
+    /// Cohesion of soil with its roots.
+    soil_cohesion: f64 = 2e3, Pascals, 0.0..=1e6, soft 0..=20e3, with soil;
+    /// Angle of friction of soil.
+    soil_friction: f64 = 33.0, Degrees, 0.0..=80.0, soft 20..=45, with soil;
+    /// Density of moist soil in kg/m³.
+    soil_density: f64 = 1800.0, One, 500.0..=5000.0, soft 1200..=2200, with soil;
     /// Random seed of the events, and of the variation of `repose`.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -102,7 +104,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Landslide",
-    version: 3,
+    version: 4,
     migrations: &[
         // the rock of `StreamPower` at its defaults
         Migration { from: 1, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] },
@@ -111,6 +113,7 @@ pub static NODE: Node = Node {
             from: 2,
             steps: &[Step::Keep { name: "knolls", value: "0" }, Step::Keep { name: "size_exponent", value: "2.2" }],
         },
+        Migration { from: 3, steps: &[Step::Keep { name: "ribs", value: "0" }] },
     ],
     category: "erosion",
     summary: "Rock fails in wedges and soil in shallow slides; debris runs out and comes to rest below.",

@@ -16,7 +16,8 @@ use super::{
 use crate::numerics::{
     beds::{Beds, Ground},
     math,
-    rock::{Bodies, knolls, tangent},
+    ribs::ribs,
+    rock::{Bodies, Knolls, tangent},
     voids,
     waves::SHORTEST_CELLS,
 };
@@ -112,7 +113,8 @@ impl<'a> Slides<'a> {
             unit_weight: params.density * GRAVITY,
             knolls: &[],
         };
-        let mut knolls = knolls(job, params.knolls, params.headwater_area.sqrt())?;
+        let knolls = Knolls::new(job, params.knolls, params.headwater_area.sqrt());
+        let mut knolls = ribs(job, &knolls, &slides.start, params.ribs)?;
         if !knolls.is_empty() {
             let mean = mean_steepest(&strength, &slides.start) as f32;
             knolls.iter_mut().for_each(|knoll| *knoll *= mean);

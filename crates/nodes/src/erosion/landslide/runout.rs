@@ -127,11 +127,14 @@ impl Flow<'_> {
         let moving = &mut self.room.moving[cell];
         if *moving == 0.0 {
             self.open.push((rank(self.land.ground[cell]), mix(cell as u32), cell as u32));
-            self.touched.push(cell as u32);
         }
         *moving += depth_m;
         self.room.energy[cell] += depth_m * from.line_m;
-        self.room.from_m[cell] = self.room.from_m[cell].max(from.surface_m);
+        let from_m = &mut self.room.from_m[cell];
+        if *from_m == f64::NEG_INFINITY {
+            self.touched.push(cell as u32);
+        }
+        *from_m = from_m.max(from.surface_m);
     }
 
     /// Lets a part of the debris of a cell settle, and sends the rest down.

@@ -10,7 +10,7 @@
 use orograph_graph::{Job, NodeError};
 
 use super::Params;
-use crate::numerics::rock::knolls;
+use crate::numerics::{par, ribs::ribs, rock::Knolls};
 
 /// The least and the largest factor of a slope.
 const FACTORS: [f64; 2] = [0.25, 4.0];
@@ -22,20 +22,34 @@ pub struct Ground {
     heights: Vec<f32>,
     /// Whether slopes have a foot beside rivers.
     has_feet: bool,
+    knolls: Knolls,
+    /// How far knolls are drawn out down a slope, to either side in wavelengths.
+    ribs: f64,
 }
 
 impl Ground {
-    /// Makes the ground on the cells of a job.
+    /// Makes the ground on the cells of a job. Where `ribs_follow`, it is even until [`Self::lie_along`].
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn new(job: &Job<'_>, params: &Params) -> Result<Self, NodeError> {
-        let hillslope_m = params.headwater_area.sqrt();
-        if params.roughness <= 0.0 || hillslope_m <= 0.0 {
-            return Ok(Self { heights: Vec::new(), has_feet: false });
+    pub fn new(job: &Job<'_>, params: &Params, ribs_follow: bool) -> Result<Self, NodeError> {
+        let knolls = Knolls::new(job, params.roughness, params.headwater_area.sqrt());
+        let has_feet = params.roughness > 0.0 && params.headwater_area > 0.0;
+        let heights = if ribs_follow && params.ribs > 0.0 { Vec::new() } else { knolls.all(job)? };
+        Ok(Self { heights, knolls, has_feet, ribs: params.ribs })
+    }
+
+    /// Makes ribs of the knolls, along the slopes of the terrain `heights`.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn lie_along(&mut self, job: &Job<'_>, heights: &[f64]) -> Result<(), NodeError> {
+        if self.ribs > 0.0 {
+            self.heights = Vec::new();
+            let heights = par::map_of(heights, |height| *height as f32);
+            self.heights = ribs(job, &self.knolls, &heights, self.ribs)?;
         }
-        let heights = knolls(job, params.roughness, hillslope_m)?;
-        Ok(Self { heights, has_feet: true })
+        Ok(())
     }
 
     /// Returns true if ground is even.

@@ -209,6 +209,7 @@ impl<'a> Land<'a> {
             Some((number, coarsest_m)) => (mix(job.seed() ^ mix(number)), holds_m.min(coarsest_m), Scheme::Level),
             None => (job.seed(), holds_m, Scheme::SingleGrid),
         };
+        let ribs_follow = footing.level.is_some_and(|(number, _)| number > 0);
         let (rock, varied) = Rock::new(job, &inputs, params, &law, shortest_m)?;
         let heads = Heads { critical_m2: params.critical_area, headwater_m2: params.headwater_area, m: params.m };
         let (bedrock, varied) = match inputs.strata {
@@ -246,7 +247,7 @@ impl<'a> Land<'a> {
             time_yr: 0.0,
             rock,
             winding,
-            ground: Ground::new(job, params)?,
+            ground: Ground::new(job, params, ribs_follow)?,
             bedrock,
             steepest,
             hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope)

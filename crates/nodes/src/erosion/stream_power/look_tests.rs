@@ -178,14 +178,18 @@ fn hillslopes_are_rough_and_as_high_as_smooth_ones() {
         found[found.len() / 2]
     };
     let mean = |heights: &[f32]| heights.iter().map(|height| f64::from(*height)).sum::<f64>() / heights.len() as f64;
-    // with feet in both, and hillslopes of one length, to which the lengths of knolls are fitted
-    let [rough, smooth] =
-        ["headwater_variation=0", "headwater_variation=0,roughness=0.001"].map(|changes| output(changes, "height"));
+    // with feet in all, and hillslopes of one length, to which the lengths of knolls are fitted
+    let [rough, smooth, ribbed] = ["ribs=0", "ribs=0,roughness=0.001", "ribs=1"]
+        .map(|changes| output(&format!("headwater_variation=0,rounding=0.1,{changes}"), "height"));
     // real mountains with cells of 30 to 90 m: 0.22 to 0.31
-    let [rough_along, smooth_along] = [&rough, &smooth].map(|heights| along(heights));
+    let [rough_along, smooth_along, ribbed_along] = [&rough, &smooth, &ribbed].map(|heights| along(heights));
     assert!(rough_along > 0.15 && rough_along > 1.3 * smooth_along, "{rough_along} {smooth_along}");
-    let ratio = mean(&rough) / mean(&smooth);
-    assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+    // ribs run down the slope, which is smoother along them
+    assert!(ribbed_along < 0.85 * rough_along, "{rough_along} {ribbed_along}");
+    for heights in [&rough, &ribbed] {
+        let ratio = mean(heights) / mean(&smooth);
+        assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+    }
 }
 
 /// Where hillslopes are long the ground is smooth, where they are short it is bent more: from tile to tile of 3 km, the
@@ -214,21 +218,33 @@ fn hillslopes_have_many_lengths() {
 }
 
 /// On small cells, steep rough ground has no walls along rows or columns: few cells are bent across a row or a column by
-/// much more than the others. With slides by the direction of flow, the 99.9th percentile was 9.0 medians instead of 7.4.
+/// much more than the others. With slides by the direction of flow, the 99.9th percentile was 9.0 medians instead of 7.8.
+/// Ribs smooth most of the ground and leave its edges, which lie along rows and columns no more than along diagonals: the
+/// percentile is 1.03 times as large across them, without ribs 1.05 times.
 #[test]
 fn steep_rough_ground_has_no_walls_along_rows_or_columns() {
     const CELLS: usize = 256;
-    let heights = output_on(CELLS, 6.25, "", "height");
-    let at = |x: usize, y: usize| f64::from(heights[y * CELLS + x]);
-    let inner = || 4..CELLS - 4;
-    let bent = |x: usize, y: usize| {
-        let [row, column] = [at(x - 1, y) + at(x + 1, y), at(x, y - 1) + at(x, y + 1)];
-        [row, column].map(|beside| (beside - 2.0 * at(x, y)).abs())
+    let bent = |ribs: &str| {
+        let heights = output_on(CELLS, 6.25, ribs, "height");
+        let at = |x: usize, y: usize| f64::from(heights[y * CELLS + x]);
+        let inner = || 4..CELLS - 4;
+        // per cell and square of the distance to the neighbours, which is twice as large along diagonals
+        let bends = |x: usize, y: usize| {
+            let (twice, [west, east, north, south]) = (2.0 * at(x, y), [x - 1, x + 1, y - 1, y + 1]);
+            let straight = [at(west, y) + at(east, y) - twice, at(x, north) + at(x, south) - twice];
+            let diagonal = [at(west, north) + at(east, south) - twice, at(east, north) + at(west, south) - twice];
+            [straight, diagonal.map(|bend| 0.5 * bend)]
+        };
+        let cells = || inner().flat_map(|y| inner().map(move |x| (x, y)));
+        [0, 1].map(|way| {
+            let mut all: Vec<f64> = cells().flat_map(|(x, y)| bends(x, y)[way].map(f64::abs)).collect();
+            all.sort_unstable_by(f64::total_cmp);
+            [0.5, 0.999].map(|part| all[(part * all.len() as f64) as usize])
+        })
     };
-    let mut all: Vec<f64> = inner().flat_map(|y| inner().flat_map(move |x| bent(x, y))).collect();
-    all.sort_unstable_by(f64::total_cmp);
-    let ratio = all[all.len() * 999 / 1000] / all[all.len() / 2];
-    assert!(ratio < 8.2, "{ratio}");
+    let [[[median, most], [_, most_diagonal]], [[_, ribs], [_, ribs_diagonal]]] = ["ribs=0", "ribs=0.7"].map(bent);
+    assert!(most < 8.2 * median, "{most} {median}");
+    assert!(most < 1.1 * most_diagonal && ribs < 1.1 * ribs_diagonal, "{most} {most_diagonal} {ribs} {ribs_diagonal}");
 }
 
 /// Beds that differ from cell to cell bend rivers, and relief stays the same. Channels of real models go on in the

@@ -8,30 +8,8 @@ use super::{
 };
 use crate::prelude::*;
 
-/// The scratch of the node. Outputs on the cells of the coarsest level are made on those of the next one, with inputs
-/// and outputs there.
-pub fn scratch(sizing: &Sizing<'_>) -> u64 {
-    let params = Params::read(sizing.params);
-    let above = Ladder::new(sizing.window, &params).above_coarsest().filter(|_| has_levels(&params));
-    match above.map(Window::whole) {
-        Some(window) if Wants::among(sizing.wanted).count() > 0 => {
-            let wired = sizing.wired.iter().filter(|wired| **wired).count();
-            let above = Sizing { window, ..*sizing };
-            let given = 4 * rasters(Wants::among(sizing.wanted));
-            let beside = above.cells(4.0 * wired as f64 + given as f64) + state(sizing);
-            (on_its_cells(&above) + beside).saturating_sub(sizing.cells(given as f64))
-        }
-        _ => on_its_cells(sizing),
-    }
-}
-
-/// The number of outputs with a value per cell.
-fn rasters(wants: Wants) -> usize {
-    wants.count() - usize::from(wants.report)
-}
-
 /// What a run on the cells of a level or between two of them holds.
-fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
+pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let (params, wants) = (Params::read(sizing.params), Wants::among(sizing.wanted));
     let if_wired = |input: &str, bytes: f64| if sizing.is_wired(Inputs::PORTS, input) { bytes } else { 0.0 };
     let when = |is: bool, bytes: f64| if is { bytes } else { 0.0 };
@@ -40,7 +18,8 @@ fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
     // a level that keeps its state follows the sediment
     let keeps = has_levels(&params) && sizing.wanted.contains(NODE.outputs.len());
     let thickness = wants.sediment || wants.erosion || keeps;
-    let given = 4.0 * rasters(wants) as f64;
+    // outputs with a value per cell
+    let given = 4.0 * (wants.count() - usize::from(wants.report)) as f64;
     let has_steps = params.duration > 0.0 || params.method == Method::Analytical;
     let (lowered, flux) =
         (when(has_steps && wants.erosion_rate, 8.0), when(has_steps && (wants.sediment_flux || wants.report), 8.0));
@@ -77,6 +56,9 @@ fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
     } else {
         2.0 * lowered + flux
     };
+    // knolls are drawn out between two steps: heights, directions, an octave, the same drawn out and the sum
+    let has_ribs = params.headwater_area > 0.0 && params.roughness > 0.0 && params.ribs > 0.0;
+    let step = step.max(when(has_ribs, 17.0));
     // outputs are made one after another, and each change is dropped when it has become one
     let before_rate = [wants.height, wants.area, wants.erosion, wants.erosion_rate];
     let before_rate = 4.0 * before_rate.iter().filter(|wanted| **wanted).count() as f64;

@@ -4,7 +4,7 @@
 //! first. What differs from the paper: depressions are routed through (Cordonnier, Bovy and Braun 2019), receivers may
 //! be drawn at random between the two neighbours of the steepest facet, the drainage area has a lower limit, and slopes
 //! an upper one that varies as rock does, headwaters are cut by debris flows and the floors of valleys by their river,
-//! erodibility may vary at random and hillslopes be rough, a margin beyond `inland` sides is computed and cut off, and
+//! erodibility may vary at random and hillslopes have ribs, a margin beyond `inland` sides is computed and cut off, and
 //! soil creeps between the rivers (Culling 1960). Heights are kept in double precision through the whole run, because
 //! the uplift of one step can be too small for the single precision of a height.
 
@@ -103,8 +103,10 @@ params! {
     ///
     /// It counts for each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
     roughness: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
+    /// How far knolls and hollows are drawn out into ribs and chutes down a slope, to either side in wavelengths.
+    ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
-    rounding: f64 = 0.1, One, 0.0..=100.0, soft 0..=0.5;
+    rounding: f64 = 0.05, One, 0.0..=100.0, soft 0..=0.5;
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.
     ///
     /// It is the standard deviation of its natural logarithm. With 0, rivers run straight for long stretches.
@@ -194,7 +196,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 9,
+    version: 11,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -222,6 +224,13 @@ pub static NODE: Node = Node {
         Migration { from: 6, steps: &[] },
         Migration { from: 7, steps: &[Step::Keep { name: "winding", value: "0" }] },
         Migration { from: 8, steps: &[Step::Keep { name: "headwater_variation", value: "0" }] },
+        // slopes have ribs, and keep their grain
+        Migration {
+            from: 9,
+            steps: &[Step::Keep { name: "ribs", value: "0" }, Step::Keep { name: "rounding", value: "0.1" }],
+        },
+        // results on the cells of the coarsest level follow the inputs on those of the next
+        Migration { from: 10, steps: &[] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
@@ -252,6 +261,7 @@ pub static NODE: Node = Node {
         "W. E. H. Culling (1960), Analytical theory of erosion, Journal of Geology 68, 336-344",
         "J. J. Roering, J. W. Kirchner and W. E. Dietrich (1999), Evidence for nonlinear, diffusive sediment transport on \
          hillslopes and implications for landscape morphology, Water Resources Research 35, 853-870",
+        "B. Cabral and L. C. Leedom (1993), Imaging vector fields using line integral convolution, SIGGRAPH '93, 263-270",
         "E. Rouy and A. Tourin (1992), A viscosity solutions approach to shape-from-shading, SIAM Journal on Numerical \
          Analysis 29, 867-884",
         "D. G. Tarboton (1997), A new method for the determination of flow directions and upslope areas in grid \
@@ -311,6 +321,7 @@ fn erode(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
     let (step_yr, work) = match params.method {
         Method::Implicit => implicit(job, params, &mut land, asked)?,
         Method::Analytical => {
+            land.make_ribs(job)?;
             analytical::grow(job, params, &mut land, 0)?;
             analytical::wear(job, params, &mut land, asked)?
         }
@@ -370,6 +381,9 @@ fn implicit(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -
     let mut work = Work::default();
     for step in 0..count {
         job.advance(step as f32 / (count + 1) as f32)?;
+        if step == count / 2 {
+            land.make_ribs(job)?;
+        }
         let asked = if step + 1 == count { asked } else { Asked::default() };
         work = land.step(job, step_yr, step, asked)?;
         job.glimpse(|| glimpse(job, land));

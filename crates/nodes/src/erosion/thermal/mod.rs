@@ -32,8 +32,8 @@ params! {
     relaxation: f64 = 0.01, PerYear, 0.0..=10.0, soft 0.0001..=1.0, when until = "duration";
     /// Excess over repose that is tolerated, as a fraction of repose.
     tolerance: f64 = 0.02, One, 0.0001..=0.2, soft 0.001..=0.05;
-    /// Volume of debris per volume of rock; used only if `debris` is wired.
-    bulking: f64 = 1.3, One, 1.0..=2.0, soft 1.0..=1.6;
+    /// Volume of debris per volume of rock.
+    bulking: f64 = 1.3, One, 1.0..=2.0, soft 1.0..=1.6, with debris;
 }
 
 inputs! {

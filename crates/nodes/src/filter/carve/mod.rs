@@ -52,8 +52,8 @@ choice! {
 params! {
     /// How the terrain is changed.
     mode: Mode = Mode::Carve, One, ..;
-    /// Points along the line, from the start to the end; not used if `lines` is wired.
-    path: PathPoints = PathPoints(vec![[1500.0, 2500.0], [4500.0, 4000.0], [6000.0, 7500.0], [9500.0, 8500.0], [11500.0, 12500.0], [15000.0, 14000.0]]), Metres, -1e7..=1e7;
+    /// Points along the line, from the start to the end.
+    path: PathPoints = PathPoints(vec![[1500.0, 2500.0], [4500.0, 4000.0], [6000.0, 7500.0], [9500.0, 8500.0], [11500.0, 12500.0], [15000.0, 14000.0]]), Metres, -1e7..=1e7, unless lines;
     /// Width of the bed; the minimum width of `lines`.
     width: f64 = 150.0, Metres, 0.0..=1e6, soft 0..=1000;
     /// How far the bed lies below the terrain along the line; negative lies above it. The minimum depth of `lines`.
@@ -68,14 +68,14 @@ params! {
     easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill" | "graded";
     /// The largest rise over run of the bed.
     grade: f64 = 0.08, One, 0.0..=10.0, soft 0.02..=0.3, when course = "graded";
-    /// How round the path is at its points: 0 for straight stretches with corners; not used if `lines` is wired.
-    curve: f64 = 1.0, One, 0.0..=1.0;
-    /// How far the path winds; not used if `lines` is wired.
+    /// How round the path is at its points: 0 for straight stretches with corners.
+    curve: f64 = 1.0, One, 0.0..=1.0, unless lines;
+    /// How far the path winds.
     ///
     /// At 1 the largest bends reach two widths of bed and bank to either side.
-    wander: f64 = 0.5, One, 0.0..=1.0;
-    /// How much narrower and shallower the start of the path is than its end; not used if `lines` is wired.
-    widening: f64 = 0.6, One, 0.0..=1.0;
+    wander: f64 = 0.5, One, 0.0..=1.0, unless lines;
+    /// How much narrower and shallower the start of the path is than its end.
+    widening: f64 = 0.6, One, 0.0..=1.0, unless lines;
     /// How uneven banks are: 0 for banks parallel to the line.
     raggedness: f64 = 0.6, One, 0.0..=1.0;
     /// Random seed of bends and banks.

@@ -135,5 +135,9 @@ pub static MEASURES: &[MeasureSpec] = &[
     measure("valleys.sections", "", "Number of valley sections."),
     measure("valleys.v_index", "", "Median V-index: area of a section over that of a V, less one."),
     measure("valleys.exponent", "", "Median exponent of height over distance from the floor: 1 for a V, 2 for a U."),
-    measure("valleys.floor", "", "Median width of sections at a tenth of their height over that at the height."),
+    measure(
+        "valleys.floor",
+        "",
+        "Median ratio of a section's width at a tenth of its height to its width at full height.",
+    ),
 ];

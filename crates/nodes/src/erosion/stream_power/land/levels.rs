@@ -134,4 +134,12 @@ impl Land<'_> {
         self.time_yr = below.time_yr;
         Ok(())
     }
+
+    /// Draws out the rough ground along the slopes of the land as it is.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn make_ribs(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
+        self.ground.lie_along(job, &self.heights)
+    }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use orograph_graph::{Coarser, InputValue, LevelJob, State, Value, Wanted, Warnings, Window, World};
 
-use super::{Ladder, pass, resample, run};
+use super::{Ladder, resample, run};
 use crate::{
     erosion::stream_power::{Params, inland::Inland},
     prelude::*,
@@ -22,22 +22,18 @@ pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, No
     let outputs = match &job.level.below {
         Coarser::Results(outputs) => outputs.clone(),
         Coarser::Nothing | Coarser::State(_) => {
-            let finer = on_cells(job, world, job.wanted, LevelJob::default());
+            // the inputs are those of the coarsest level, and only those of the next one are interpolated
+            let is_coarsest = Ladder::new(job.window(), params).is_coarsest();
+            let below = match is_coarsest.then(|| state(job, params, job.window().world)).transpose()? {
+                Some(state) => Coarser::State(Arc::new(state)),
+                None => Coarser::Nothing,
+            };
+            let finer = on_cells(job, world, job.wanted, LevelJob { below, gives_state: false });
             let outputs = run(&finer, params)?;
             Inland::tell(&finer, job);
             outputs
         }
     };
-    Ok(averaged(outputs, job.window()))
-}
-
-/// The outputs on the cells of the coarsest level from its state: the means of the level above, on the cells of
-/// `world`.
-pub fn refined(job: &Job<'_>, params: &Params, world: World, state: &Arc<State>) -> Result<Outputs, NodeError> {
-    let level = LevelJob { below: Coarser::State(Arc::clone(state)), gives_state: false };
-    let finer = on_cells(job, world, job.wanted, level);
-    let outputs = pass(&finer, params, &Ladder::new(finer.window(), params), Some(state), true)?;
-    Inland::tell(&finer, job);
     Ok(averaged(outputs, job.window()))
 }
 

@@ -63,20 +63,23 @@ impl Ladder {
         self.finest
     }
 
-    /// What the run on the asked cells goes on from.
+    /// What the results on the asked cells go on from: on those of the coarsest level they are means of the next, and
+    /// on fewer cells means of these.
     #[must_use]
-    pub fn below(&self) -> Option<Below> {
+    pub fn below(&self) -> Below {
         if self.asked.cells[0] < self.coarsest[0] {
-            return Some(Below::Results(self.own(self.coarsest).world));
+            return Below::Results(self.own(self.coarsest).world);
         }
-        self.finest.checked_sub(1).map(|below| Below::State(self.rung(below).inner.world))
+        match self.finest.checked_sub(1) {
+            Some(below) => Below::State(self.rung(below).inner.world),
+            None => Below::Results(self.own(self.coarsest.map(|cells| 2 * cells)).world),
+        }
     }
 
-    /// The level above the coarsest, of which the results on the cells of the coarsest are means; None on other cells.
+    /// Whether the asked cells are those of the coarsest level.
     #[must_use]
-    pub fn above_coarsest(&self) -> Option<World> {
-        let doubled = self.coarsest.map(|cells| 2 * cells);
-        (self.asked.cells == self.coarsest).then(|| self.own(doubled).world)
+    pub fn is_coarsest(&self) -> bool {
+        self.asked.cells == self.coarsest
     }
 
     /// Whether the asked cells are those of a level, and not between two of them.
@@ -154,7 +157,7 @@ mod tests {
                 for size in [[ratio * shorter_m, shorter_m], [shorter_m, ratio * shorter_m]] {
                     let cells = size.map(|side_m| (side_m / shorter_m * 1000.0).round() as u32);
                     let mut above = ladder(size, cells);
-                    while let Some(Below::State(world)) = above.below() {
+                    while let Below::State(world) = above.below() {
                         let here = ladder(world.size, world.cells);
                         assert!(here.is_level() && world.check().is_ok(), "{size:?} {world:?}");
                         assert_eq!((here.finest() + 1, here.coarsest), (above.finest(), above.coarsest), "{size:?}");
@@ -172,13 +175,12 @@ mod tests {
         for size in [[16_384.0; 2], [24e3, 16e3], [10e3, 10e3 / 3.0], [30_000.1, 20_000.1]] {
             let world = |along: u32| World { size, ..World::default() }.with_cells_along_x(along);
             let below = |along: u32| ladder(size, world(along).cells).below();
-            assert_eq!(below(1536).map(|_| ()), Some(()));
-            if let (Some(Below::State(fine)), Some(Below::State(finer))) = (below(1100), below(1500)) {
+            if let (Below::State(fine), Below::State(finer)) = (below(1100), below(1500)) {
                 assert_eq!(fine, finer);
             }
         }
         let requested = World { size: [24e3, 16e3], cells: [768, 512], ..World::default() };
-        assert_eq!(ladder(requested.size, [1536, 1024]).below().map(world_of), Some(requested.size));
+        assert_eq!(world_of(ladder(requested.size, [1536, 1024]).below()), requested.size);
     }
 
     fn world_of(below: Below) -> [f64; 2] {

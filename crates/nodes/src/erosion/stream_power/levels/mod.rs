@@ -11,7 +11,7 @@
 //!
 //! The coarsest level has passed all of its time on its cells and no coarser level has ended on them, so that its land
 //! is further from that of the others than they are from each other. Results on its cells are means of the next level
-//! instead, which goes on from its state, with interpolated inputs.
+//! instead, which goes on from its state.
 //!
 //! The analytical method finds the land at T on each level again, from the one that the coarser level found.
 //!
@@ -55,12 +55,12 @@ const STEPS: f64 = 6.0;
 pub const LEVELS: Levels = Levels {
     below: |params, world| {
         let params = Params::read(params);
-        if has_levels(&params) { Ladder::new(Window::whole(*world), &params).below() } else { None }
+        has_levels(&params).then(|| Ladder::new(Window::whole(*world), &params).below())
     },
     state: |sizing| super::memory::state(sizing),
     work: |params, world| {
         let (params, cells) = (Params::read(params), Window::whole(*world).len() as f64);
-        let is_coarsest = Ladder::new(Window::whole(*world), &params).below().is_none();
+        let is_coarsest = Ladder::new(Window::whole(*world), &params).is_coarsest();
         cells * if is_coarsest { f64::from(count_steps(&params).0) } else { STEPS }
     },
 };
@@ -170,13 +170,13 @@ impl Run<'_, '_> {
 /// When an input is refused, or [`NodeError::Cancelled`].
 pub fn run(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
     let ladder = Ladder::new(job.window(), params);
-    let below = match (ladder.below(), &job.level.below) {
-        (Some(Below::Results(world)), _) => return alone::means(job, params, world),
-        (Some(Below::State(_)), Coarser::State(state)) => Some(Arc::clone(state)),
-        (Some(Below::State(world)), _) => Some(Arc::new(alone::state(job, params, world)?)),
-        (None, _) => None,
-    };
     let wants_outputs = Wants::of(job).count() > 0;
+    let below = match (ladder.below(), &job.level.below) {
+        (Below::Results(world), _) if wants_outputs => return alone::means(job, params, world),
+        (Below::Results(_), _) => None,
+        (Below::State(_), Coarser::State(state)) => Some(Arc::clone(state)),
+        (Below::State(world), _) => Some(Arc::new(alone::state(job, params, world)?)),
+    };
     if wants_outputs {
         warn_of_unresolved_hillslopes(job, params);
     }
@@ -220,14 +220,15 @@ fn pass(
         return Ok(Outputs::default().with_state(Some(Checkpoint::of_start(gates, times.response_yr))));
     }
 
-    let above = ladder.above_coarsest().filter(|_| wants_outputs);
-    let keeps_sediment = job.level.gives_state || above.is_some();
-    let footing = Footing { gates, level: Some((rung.number, rung.coarsest_m)), keeps_sediment };
+    let footing = Footing { gates, level: Some((rung.number, rung.coarsest_m)), keeps_sediment: job.level.gives_state };
     let mut land = Land::new(on, params, start, footing)?;
     if let (Some(below), Some(places)) = (below, places)
         && !times.is_whole(level)
     {
         land.take_over(on, level, start.samples(), &below, &places)?;
+    }
+    if level > 0 {
+        land.make_ribs(on)?;
     }
     let mut run = Run { job: on, land, step: 0, last: (1.0, Work::default()) };
     let begin_yr = times.begin_yr(level);
@@ -245,12 +246,6 @@ fn pass(
     let handover_yr = times.handover_yr(level);
     if let Some(until_yr) = handover_yr {
         run.pass(until_yr, times.longest_yr(level), Asked::default(), &progress)?;
-    }
-    if let (Some(_), Some(world)) = (handover_yr, above) {
-        let state = Arc::new(run.land.state(start.samples(), times.response_yr)?);
-        drop(run);
-        let outputs = alone::refined(job, params, world, &state)?;
-        return Ok(outputs.with_state(Arc::into_inner(state).filter(|_| job.level.gives_state)));
     }
     let state = job.level.gives_state.then(|| match handover_yr {
         Some(_) => run.land.state(start.samples(), times.response_yr),
