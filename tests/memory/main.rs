@@ -106,9 +106,23 @@ fn a_large_file_with_voids_needs_little_memory() {
     assert!(found.measured as f64 <= 1.25 * found.declared as f64, "{found:?}");
 }
 
+/// A case of a process whose steps are as short as its cells, over a twentieth of the time: all steps need the same memory,
+/// and in the larger worlds a whole storm takes minutes.
+fn brief(case: Case) -> Case {
+    let now = case.graph.instance(case.node).params.get("duration").cloned();
+    match now {
+        Some(ParamValue::Float(seconds)) if STEPPED.contains(&case.kind().id) => {
+            set(case, &[("duration", ParamValue::Float(seconds / 20.0))])
+        }
+        _ => case,
+    }
+}
+
 #[test]
 fn every_kernel_uses_what_it_declares() {
-    let faults: Vec<String> = of_each(registry().nodes().iter().flat_map(|node| cases(node)), |case| {
+    let registry = registry();
+    let cases = registry.nodes().iter().flat_map(|node| cases(node)).map(brief);
+    let faults: Vec<String> = of_each(cases, |case| {
         if UNKNOWN.iter().any(|(node, name, _)| *node == case.kind().id && *name == case.name) {
             return None;
         }
