@@ -175,7 +175,6 @@ fn missed(session: &Session) -> Vec<Line> {
         node: node.clone(),
     };
     match session.checked().map(|measured| &measured.checked) {
-        Some(Ok(checked)) if checked.is_coarse => Vec::new(),
         Some(Ok(checked)) => checked.missed().map(|figure| line(figure.text())).collect(),
         Some(Err(why)) => vec![line(format!("expectations cannot be measured: {why}"))],
         None => Vec::new(),

@@ -73,16 +73,6 @@ impl Figure {
             }
         }
     }
-
-    /// As data.
-    #[must_use]
-    pub fn as_json(&self) -> Value {
-        let Expectation { measure, bounds } = self.expectation;
-        json!({
-            "measure": measure.name, "value": self.value, "unit": measure.unit, "bounds": bounds,
-            "met": self.is_met(), "reason": self.reason,
-        })
-    }
 }
 
 impl Checked {
@@ -110,7 +100,7 @@ impl Checked {
         let finer = expected.cell_m.filter(|asked| *asked < cell_m * (1.0 - 1e-6));
         let note = |asked| {
             let cell = metres(cell_m);
-            format!("expected on cells of {}, but those of the world are {cell}", metres(asked))
+            format!("expected on cells of {}, but those of the world are {cell}: misses do not count", metres(asked))
         };
         let report = measure(&gathered.finish(), None, registry, cancel)?;
         let figure = |expectation: &Expectation| {
@@ -125,20 +115,25 @@ impl Checked {
         Ok(Self { output: output.to_owned(), place, figures, is_coarse, notes })
     }
 
-    /// The figures that are missed.
+    /// The figures that are missed; none on cells that are too large for what is expected.
     pub fn missed(&self) -> impl Iterator<Item = &Figure> {
-        self.figures.iter().filter(|figure| !figure.is_met())
+        self.figures.iter().filter(|figure| !self.is_coarse && !figure.is_met())
     }
 }
 
 impl Expected {
-    /// The figures; none if nothing was measured.
+    /// The figures as data; none if nothing was measured.
     #[must_use]
-    pub fn figures(&self) -> &[Figure] {
-        match self {
-            Self::Checked(checked) => &checked.figures,
-            _ => &[],
-        }
+    pub fn as_json(&self) -> Vec<Value> {
+        let Self::Checked(Checked { figures, is_coarse, .. }) = self else { return Vec::new() };
+        let figure = |figure: &Figure| {
+            let Expectation { measure, bounds } = figure.expectation;
+            json!({
+                "measure": measure.name, "value": figure.value, "unit": measure.unit, "bounds": bounds,
+                "met": figure.is_met(), "counts": !is_coarse, "reason": figure.reason,
+            })
+        };
+        figures.iter().map(figure).collect()
     }
 
     /// What is missed. Returns None when all expectations are met, or none could be expected to be.
@@ -180,7 +175,11 @@ impl Expected {
                 page.name(measure.name),
                 figure.expectation.display(figure.value),
                 figure.expectation.bounds_text(),
-                if figure.is_met() { page.good("met") } else { page.bad("missed") },
+                match figure.is_met() {
+                    true => page.good("met"),
+                    false if checked.is_coarse => page.dim("does not count"),
+                    false => page.bad("missed"),
+                },
             ]);
         }
         let notes: String = checked.notes.iter().map(|note| format!("{} {note}\n", page.doubtful("note:"))).collect();
@@ -266,17 +265,29 @@ mod tests {
         );
         let text = expected.render(Page { width: 80, colour: false, terminal: false });
         assert!(text.contains("expectations of height (cells of 100 m)") && text.contains("150 m"), "{text}");
-        assert_eq!(expected.figures()[0].as_json()["bounds"], json!([1000.0, null]));
+        assert_eq!(expected.as_json()[0]["bounds"], json!([1000.0, null]));
+        assert_eq!(expected.as_json()[0]["counts"], json!(true));
+    }
+
+    #[test]
+    fn misses_on_cells_that_are_too_large_do_not_count() {
+        let found = checked("\"relief\": (\"1 km\", inf), \"cell\": 50", |at| (at % 16) as f32 * 10.0);
+        let note = "expected on cells of 50 m, but those of the world are 100 m: misses do not count";
+        assert_eq!(found.notes, [note]);
+        let expected = Expected::Checked(found);
+        assert_eq!(expected.missed(), None);
+        assert_eq!([&expected.as_json()[0]["met"], &expected.as_json()[0]["counts"]], [&json!(false); 2]);
+        let text = expected.render(Page { width: 80, colour: false, terminal: false });
+        assert!(text.contains("does not count") && text.contains(note) && !text.contains("missed"), "{text}");
     }
 
     #[test]
     fn undefined_figures_are_missed_with_the_reason() {
-        let found = checked("\"hypsometric_integral\": (-inf, inf), \"cell\": 50", |_| 7.0);
-        assert_eq!(found.notes, ["expected on cells of 50 m, but those of the world are 100 m"]);
+        let found = checked("\"hypsometric_integral\": (-inf, inf)", |_| 7.0);
         let expected = Expected::Checked(found);
         let missed = "1 of 1 expectation missed: `hypsometric_integral` is undefined on this terrain";
         assert_eq!(expected.missed().as_deref(), Some(missed));
-        assert_eq!(expected.figures()[0].as_json()["value"], Value::Null);
+        assert_eq!(expected.as_json()[0]["value"], Value::Null);
         let empty = checked("\"spectrum.beta\": (0, 9)", |at| if at == 3 { f32::NAN } else { at as f32 });
         assert!(empty.figures[0].text().contains("the spectrum needs 32 x 32 cells"), "{empty:?}");
     }

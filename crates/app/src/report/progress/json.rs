@@ -175,9 +175,9 @@ impl Progress for JsonLines {
                 "import": file.import.as_ref().map(|import| &import.settings),
             }));
         }
-        for figure in built.expected.figures() {
+        for figure in built.expected.as_json() {
             let mut line = json!({"event": "expectation"});
-            if let (Some(line), Value::Object(figure)) = (line.as_object_mut(), figure.as_json()) {
+            if let (Some(line), Value::Object(figure)) = (line.as_object_mut(), figure) {
                 line.extend(figure);
             }
             say(&line);
