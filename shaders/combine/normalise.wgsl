@@ -29,9 +29,13 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocati
         workgroupBarrier();
     }
     if (own == 0u) {
-        // both as the largest of a number that begins with 0
-        atomicMax(&ends[0], ~low_of[0]);
-        atomicMax(&ends[1], high_of[0]);
+        // both as the largest of a number that begins with 0; workgroups that add nothing do not wait for each other
+        if (~low_of[0] > atomicLoad(&ends[0])) {
+            atomicMax(&ends[0], ~low_of[0]);
+        }
+        if (high_of[0] > atomicLoad(&ends[1])) {
+            atomicMax(&ends[1], high_of[0]);
+        }
     }
 }
 

@@ -45,7 +45,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let before = wet[i];
     let after = most(before + p.k_step * ((from_west - to_east) + (from_north - to_south)), 0.0);
     water[i] = after;
-    atomicMax(&deepest[0], bitcast<u32>(after));
+    // numbers above 0 are in the order of their bits; cells that change nothing do not wait for each other
+    if (bitcast<u32>(after) > atomicLoad(&deepest[0])) {
+        atomicMax(&deepest[0], bitcast<u32>(after));
+    }
     let mean = 0.5 * (before + after);
     let across = 0.5 * (from_west + to_east);
     let down = 0.5 * (from_north + to_south);

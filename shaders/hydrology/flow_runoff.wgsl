@@ -8,8 +8,8 @@ fn highest(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let rate = read_runoff(at(cell.x, cell.y));
-    if (rate > 0.0) {
-        // numbers above 0 are in the order of their bits
+    // numbers above 0 are in the order of their bits; cells that change nothing do not wait for each other
+    if (rate > 0.0 && bitcast<u32>(rate) > atomicLoad(&most[0])) {
         atomicMax(&most[0], bitcast<u32>(rate));
     }
 }

@@ -11,7 +11,7 @@ mod shader;
 
 pub use count::{Count, Work};
 pub use record::{Bind, Over, Pass, Recorder, Rows, Scalar, ScratchId, Size, record};
-pub use shader::{Access, FIRST_SLOT, Number, Role, Shader, Slot, WORKGROUP};
+pub use shader::{Access, FIRST_SLOT, JobNumbers, Number, Role, Shader, Slot, WORKGROUP};
 
 use crate::{
     job::{Job, NodeError},

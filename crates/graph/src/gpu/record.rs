@@ -2,7 +2,7 @@
 
 use super::{
     GpuKernel, Passes,
-    shader::{Number, Shader, Slot},
+    shader::{Number, Role, Shader, Slot},
 };
 use crate::{
     job::{Job, NodeError},
@@ -85,8 +85,12 @@ impl Pass<'_> {
     /// What is named for a slot, by the name of its variable.
     #[must_use]
     pub fn bound(&self, slot: &Slot) -> Option<Bind> {
-        let variable = slot.variable();
-        self.bind.iter().find(|(name, _)| *name == variable).map(|(_, bind)| *bind)
+        let found = |name: &str| self.bind.iter().find(|(bound, _)| *bound == name).map(|(_, bind)| *bind);
+        match slot.role {
+            // their variables have these names
+            Role::Input(0) | Role::Cells | Role::Words => found(slot.name),
+            Role::Input(_) | Role::Output(_) => found(&slot.variable()),
+        }
     }
 }
 

@@ -165,6 +165,9 @@ const PLACE: [(&str, Number); 9] = [
     ("cell_m", Number::F32),
 ];
 
+/// The place of the first row in that list, which the row of the dispatch follows.
+const FIRST: usize = 6;
+
 /// What every shader may call.
 const COMMON: &str = "\
 /// Index of a cell of the window in the bound buffers.
@@ -242,29 +245,47 @@ impl Shader {
         members
     }
 
-    /// The bytes of the parameter struct for a job: a multiple of 16. `values` has the numbers of [`Self::values`] in
-    /// any order, `first` is the first row in the bound buffers and `row` the first one to compute.
+    /// The words of the parameter struct of a pass: a multiple of four. `values` has the numbers of [`Self::values`],
+    /// fastest in their order, `first` is the first row in the bound buffers and `row` the first one to compute.
     ///
     /// # Panics
     /// When a number is missing or of another type: a bug in a kernel, never the fault of a file.
     #[must_use]
-    pub fn params(&self, job: &Job<'_>, values: &[(&'static str, Scalar)], [first, row]: [u32; 2]) -> Vec<u8> {
+    pub fn params(&self, job: &JobNumbers, values: &[(&'static str, Scalar)], rows: [u32; 2]) -> Vec<u32> {
+        let mut words = Vec::with_capacity((job.0.len() + self.values.len()).next_multiple_of(4));
+        words.extend_from_slice(&job.0);
+        words[FIRST..FIRST + 2].copy_from_slice(&rows);
+        for (at, (name, number)) in self.values.iter().enumerate() {
+            let is_it = |(given, _): &&(&str, Scalar)| given == name;
+            let given = values.get(at).filter(is_it).or_else(|| values.iter().find(is_it));
+            let (_, given) = given.unwrap_or_else(|| panic!("`{}` needs a number `{name}`", self.name));
+            assert_eq!(given.number(), *number, "`{name}` of `{}`", self.name);
+            words.push(given.bits());
+        }
+        words.resize(words.len().next_multiple_of(4), 0);
+        words
+    }
+}
+
+/// The numbers that all passes of a run have in their parameter structs: those of its job.
+#[derive(Clone, Debug)]
+pub struct JobNumbers(Vec<u32>);
+
+impl JobNumbers {
+    /// Those of a job.
+    #[must_use]
+    pub fn of(job: &Job<'_>) -> Self {
         let Window { world, origin, cells } = job.window;
-        let mut words = vec![cells[0], cells[1], origin[0], origin[1], world.cells[0], world.cells[1], first, row];
+        let mut words = vec![cells[0], cells[1], origin[0], origin[1], world.cells[0], world.cells[1]];
+        // the rows of a pass
+        words.extend([0, 0]);
         words.push((job.cell_m() as f32).to_bits());
         for spec in job.node.specs() {
             words.extend(words_of(&spec, job));
         }
         words.extend(job.inputs.iter().map(|input| u32::from(input.is_wired())));
         words.extend((0..job.node.outputs.len()).map(|output| u32::from(job.wanted.contains(output))));
-        for (name, number) in self.values {
-            let given = values.iter().find(|(given, _)| given == name);
-            let (_, given) = given.unwrap_or_else(|| panic!("`{}` needs a number `{name}`", self.name));
-            assert_eq!(given.number(), *number, "`{name}` of `{}`", self.name);
-            words.push(given.bits());
-        }
-        words.resize(words.len().next_multiple_of(4), 0);
-        words.into_iter().flat_map(u32::to_le_bytes).collect()
+        Self(words)
     }
 }
 

@@ -1,11 +1,14 @@
 //! The device's own clock: how long it works on submits.
 
 use std::{
-    sync::atomic::{AtomicU64, Ordering},
+    sync::atomic::{AtomicU32, AtomicU64, Ordering},
     time::Duration,
 };
 
 use super::device::{Device, Trouble};
+
+/// Submits between two waits, at most.
+pub(super) const MOST_SUBMITS: u32 = 1024;
 
 /// Bytes of the two times of a submit.
 const BYTES: u64 = 16;
@@ -17,6 +20,8 @@ pub(super) struct Clock {
     host: wgpu::Buffer,
     /// Nanoseconds of a tick.
     tick_ns: f32,
+    /// Submits since the last wait.
+    submits: AtomicU32,
     busy_ns: AtomicU64,
 }
 
@@ -30,16 +35,17 @@ impl Clock {
             queries: device.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("times"),
                 ty: wgpu::QueryType::Timestamp,
-                count: 2,
+                count: 2 * MOST_SUBMITS,
             }),
             times: device.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("times"),
-                size: BYTES,
+                size: BYTES * u64::from(MOST_SUBMITS),
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             }),
-            host: device.host_buffer(BYTES),
+            host: device.host_buffer(BYTES * u64::from(MOST_SUBMITS)),
             tick_ns: device.queue.get_timestamp_period(),
+            submits: AtomicU32::new(0),
             busy_ns: AtomicU64::new(0),
         });
         made.map(Some)
@@ -49,31 +55,38 @@ impl Clock {
         Duration::from_nanos(self.busy_ns.load(Ordering::Relaxed))
     }
 
-    /// Notes the time before the first command.
+    /// Notes the time before the first command of a submit.
     pub(super) fn begin(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.write_timestamp(&self.queries, 0);
+        encoder.write_timestamp(&self.queries, 2 * self.submits.load(Ordering::Relaxed));
     }
 
-    /// Notes the time after the last command.
+    /// Notes the time after its last command.
     pub(super) fn end(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.write_timestamp(&self.queries, 1);
-        encoder.resolve_query_set(&self.queries, 0..2, &self.times, 0);
-        encoder.copy_buffer_to_buffer(&self.times, 0, &self.host, 0, BYTES);
+        encoder.write_timestamp(&self.queries, 2 * self.submits.fetch_add(1, Ordering::Relaxed) + 1);
     }
 
-    /// Asks for the times of what has been submitted.
+    /// Has the times of all submits since the last wait copied, before a wait.
+    pub(super) fn copy(&self, encoder: &mut wgpu::CommandEncoder) {
+        let submits = self.submits.load(Ordering::Relaxed);
+        encoder.resolve_query_set(&self.queries, 0..2 * submits, &self.times, 0);
+        encoder.copy_buffer_to_buffer(&self.times, 0, &self.host, 0, BYTES * u64::from(submits));
+    }
+
+    /// Asks for these times, once the copy has been submitted.
     pub(super) fn ask(&self) {
-        self.host.map_async(wgpu::MapMode::Read, 0..BYTES, |_| ());
+        self.host.map_async(wgpu::MapMode::Read, 0..BYTES * u64::from(self.submits.load(Ordering::Relaxed)), |_| ());
     }
 
-    /// Adds the time of a submit that is done.
+    /// Adds the times of submits that are done.
     pub(super) fn add(&self) -> Result<(), Trouble> {
-        let mapped = self.host.get_mapped_range(0..BYTES).map_err(|error| Trouble::Lost(error.to_string()))?;
-        let [start, end] = [0, 8].map(|at| mapped[at..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes)));
+        let bytes = BYTES * u64::from(self.submits.swap(0, Ordering::Relaxed));
+        let mapped = self.host.get_mapped_range(0..bytes).map_err(|error| Trouble::Lost(error.to_string()))?;
+        let time = |bytes: &[u8]| bytes.first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
+        let ticks = |submit: &[u8]| time(&submit[8..]).saturating_sub(time(submit));
+        let ticks: u64 = mapped.chunks_exact(BYTES as usize).map(ticks).sum();
         drop(mapped);
         self.host.unmap();
-        let ns = end.saturating_sub(start) as f64 * f64::from(self.tick_ns);
-        self.busy_ns.fetch_add(ns as u64, Ordering::Relaxed);
+        self.busy_ns.fetch_add((ticks as f64 * f64::from(self.tick_ns)) as u64, Ordering::Relaxed);
         Ok(())
     }
 }

@@ -17,6 +17,8 @@ const PART: u64 = 32 << 20;
 
 /// Longest answer that comes to the host with the end of a submit, in bytes.
 pub(super) const ANSWER: u64 = 1024;
+/// Bytes of the flag of faults, which comes before it.
+pub(super) const FLAG: u64 = 16;
 
 /// Smallest block: a table without entries has room for one of any kind, as its binding requires.
 const LEAST: u64 = 256;
@@ -34,6 +36,8 @@ pub(super) struct Memory {
     free: Mutex<BTreeMap<u64, Vec<wgpu::Buffer>>>,
     /// A buffer that the host can read, for the next answer.
     answer: Mutex<Option<wgpu::Buffer>>,
+    /// The same for parts of rasters: drivers take milliseconds to make a large one.
+    staging: Mutex<Option<wgpu::Buffer>>,
     /// Values on the device, the least recently used first.
     values: Mutex<Vec<WeakSamples>>,
 }
@@ -66,6 +70,7 @@ impl Memory {
             held: AtomicU64::new(0),
             free: Mutex::default(),
             answer: Mutex::default(),
+            staging: Mutex::default(),
             values: Mutex::default(),
         }
     }
@@ -159,9 +164,9 @@ impl Memory {
         field
     }
 
-    /// A buffer for an answer of up to [`ANSWER`] bytes. Call it where errors are caught.
+    /// A buffer for the flag of faults and an answer of up to [`ANSWER`] bytes. Call it where errors are caught.
     pub(super) fn answer(&self) -> wgpu::Buffer {
-        lock(&self.answer).take().unwrap_or_else(|| self.device.host_buffer(ANSWER))
+        lock(&self.answer).take().unwrap_or_else(|| self.device.host_buffer(FLAG + ANSWER))
     }
 
     /// The first bytes of an answer that has been mapped, after the device has ended its work.
@@ -174,7 +179,8 @@ impl Memory {
     /// Copies bytes of a buffer to the host, part by part.
     pub(super) fn read(&self, buffer: &wgpu::Buffer, bytes: u64, mut take: impl FnMut(&[u8])) -> Result<(), Trouble> {
         let device = &self.device;
-        let host = device.caught(|| device.host_buffer(bytes.min(PART)))?;
+        let kept = lock(&self.staging).take().filter(|kept| kept.size() >= bytes.min(PART));
+        let host = kept.map_or_else(|| device.caught(|| device.host_buffer(bytes.min(PART))), Ok)?;
         for start in (0..bytes).step_by(PART as usize) {
             let size = PART.min(bytes - start);
             device.caught(|| {
@@ -186,6 +192,7 @@ impl Memory {
             device.wait()?;
             mapped(&host, size, &mut take)?;
         }
+        *lock(&self.staging) = Some(host);
         Ok(())
     }
 }

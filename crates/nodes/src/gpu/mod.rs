@@ -1,9 +1,9 @@
 //! The GPU backend: runs the kernels that nodes declare for a GPU on a graphics card, through wgpu.
 //!
 //! It has its own instance and device, apart from that of the 3D view, so that a long kernel never delays a frame.
-//! Results stay on the device (`memory`) until something on the host reads them. A kernel is divided into submits of
-//! about 40 ms, between which a run can be cancelled (`run`). If the device has too little memory, refuses a shader or
-//! is lost, the CPU runs the node, and a warning says so.
+//! Results stay on the device (`memory`) until something on the host reads them. The host waits whenever the device has
+//! work for about 40 ms, after which a run can be cancelled (`run`). If the device has too little memory, refuses a
+//! shader or is lost, the CPU runs the node, and a warning says so.
 
 mod adapters;
 mod clock;
@@ -63,6 +63,8 @@ pub struct Gpu {
     pipelines: Mutex<HashMap<(&'static str, Entry), Compiled>>,
     /// Nanoseconds per cell of entry points, as measured.
     rates: Mutex<HashMap<Entry, f64>>,
+    /// The parameter structs of a submit.
+    uniforms: wgpu::Buffer,
     turn: Turn,
     poison: bool,
     clock: Option<Clock>,
@@ -81,11 +83,20 @@ impl Gpu {
         }
         let budget = options.budget.unwrap_or_else(|| adapter.budget());
         let clock = if options.clock { Clock::new(&device)? } else { None };
+        let uniforms = device.caught(|| {
+            device.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("parameters"),
+                size: run::UNIFORM_BYTES,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        })?;
         Ok(Self {
             identity: adapter.identity(),
             memory: Arc::new(Memory::new(device, budget, options.memory.unwrap_or(u64::MAX))),
             pipelines: Mutex::default(),
             rates: Mutex::default(),
+            uniforms,
             turn: Turn::default(),
             poison: options.poison,
             clock,

@@ -28,7 +28,7 @@ struct State {
 
 /// Starts a process. Returns None, after a warning, if the device fails.
 pub(super) fn begin(gpu: Arc<Gpu>, begin: BeginSteps, job: &Job<'_>) -> Result<Option<Box<dyn Process>>, NodeError> {
-    let (mut kept, mut steps) = (Kept::new(), None);
+    let (mut kept, mut steps) = (Kept::default(), None);
     let record = |recorder: &mut dyn Recorder| {
         steps = Some(begin(job, recorder)?);
         Ok(())
@@ -57,8 +57,7 @@ fn call(
     gpu.memory.device.check()?;
     let mut run = Run::resume(gpu, job, kept)?;
     let recorded = record(&mut run);
-    run.keep(kept);
-    let outputs = run.finish(recorded)?;
+    let outputs = run.leave(recorded, kept)?;
     // those who watch the process read them on the host
     outputs.fetch().map_err(|error| super::Trouble::Lost(error.0))?;
     Ok(outputs)

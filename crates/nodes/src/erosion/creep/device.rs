@@ -230,17 +230,14 @@ fn report(
     left: Option<ScratchId>,
 ) -> Result<(), NodeError> {
     let window = job.window();
-    let mut metres = |id, count: usize| {
-        let words = recorder.read(id, count)?;
-        Ok::<_, NodeError>(words.into_iter().map(|bits| f64::from(f32::from_bits(bits))).collect::<Vec<_>>())
-    };
-    let [settled, eroded] = ledger::gains_and_losses(metres(moved, window.len())?.into_iter());
+    let gains = |gain: f64| if gain.is_finite() { [gain.max(0.0), (-gain).max(0.0)] } else { [0.0; 2] };
+    let [settled, eroded] = ledger::sums(&recorder.read(moved, window.len())?, gains);
     let boundary = window.world.boundary;
     let is_closed = ![boundary.west, boundary.east, boundary.north, boundary.south]
         .iter()
         .any(|edge| matches!(edge, Edge::Open | Edge::Base));
     let left: f64 = match left {
-        Some(left) => metres(left, 2 * (window.nx() + window.ny()))?.into_iter().sum(),
+        Some(left) => ledger::sums(&recorder.read(left, 2 * (window.nx() + window.ny()))?, |metres| [metres])[0],
         None if is_closed => 0.0,
         // sides at base level may give more than they get; flows from side to side, far above what leaves, would round
         // the sum at the ends of lines

@@ -10,7 +10,7 @@ mod storm;
 use self::storm::DeviceStorm;
 use crate::{prelude::*, wgsl};
 
-/// Numbers of a step, and of the world's sides, for all shaders.
+/// Numbers of the world's sides, of a run and of a step, for all shaders: in the order in which a storm gives them.
 const VALUES: &[(&str, Number)] = &[
     ("side_west", Number::U32),
     ("side_east", Number::U32),
@@ -19,6 +19,12 @@ const VALUES: &[(&str, Number)] = &[
     ("k_highest", Number::F32),
     ("k_dry", Number::F32),
     ("k_law", Number::U32),
+    ("k_talus", Number::F32),
+    ("k_talus_diagonal", Number::F32),
+    ("k_springs", Number::U32),
+    ("k_warm", Number::U32),
+    ("k_distance", Number::I32),
+    ("k_per_time", Number::F32),
     ("k_dt", Number::F32),
     ("k_step", Number::F32),
     ("k_rain", Number::F32),
@@ -45,12 +51,6 @@ const VALUES: &[(&str, Number)] = &[
     ("k_bite_deeper", Number::F32),
     ("k_evaporation", Number::F32),
     ("k_infiltration", Number::F32),
-    ("k_talus", Number::F32),
-    ("k_talus_diagonal", Number::F32),
-    ("k_springs", Number::U32),
-    ("k_warm", Number::U32),
-    ("k_distance", Number::I32),
-    ("k_per_time", Number::F32),
 ];
 
 static BEGIN: Shader = Shader {

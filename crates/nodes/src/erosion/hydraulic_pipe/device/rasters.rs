@@ -60,8 +60,10 @@ impl Rasters {
 
     /// Changes a number.
     pub fn put(&mut self, name: &'static str, value: Scalar) {
-        self.values.retain(|(known, _)| *known != name);
-        self.values.push((name, value));
+        match self.values.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, known)) => *known = value,
+            None => self.values.push((name, value)),
+        }
     }
 
     pub fn pace(&mut self, pace: &Pace) {

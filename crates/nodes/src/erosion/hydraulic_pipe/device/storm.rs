@@ -24,7 +24,7 @@ use super::{
     BEGIN, END, VELOCITY,
     rasters::Rasters,
 };
-use crate::prelude::*;
+use crate::{numerics::ledger, prelude::*};
 
 /// The buffers that are read or replaced by name.
 struct Buffers {
@@ -175,21 +175,20 @@ impl DeviceStorm {
     fn report(&self, job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<Report, NodeError> {
         let Self { physics, pacing, buffers, .. } = self;
         let [nx, ny] = [job.window().nx(), job.window().ny()];
-        let mut sum = |id: ScratchId, part: &dyn Fn(f64) -> f64| {
-            let words = recorder.read(id, nx * ny)?;
-            Ok::<f64, NodeError>(words.iter().map(|bits| part(f64::from(f32::from_bits(*bits)))).sum())
-        };
+        let mut read = |id: ScratchId| recorder.read(id, nx * ny);
+        let sum = |words: &[u32]| ledger::sums(words, |value| [value])[0];
+        let [eroded, deposited] = ledger::sums(&read(buffers.change)?, |gain| [(-gain).max(0.0), gain.max(0.0)]);
         let sums = Sums {
-            stored: sum(buffers.water, &|depth| depth)?,
-            eroded: sum(buffers.change, &|gain| (-gain).max(0.0))?,
-            deposited: sum(buffers.change, &|gain| gain.max(0.0))?,
-            suspended: sum(buffers.sediment, &|depth| depth)?,
-            lost: sum(buffers.lost, &|depth| depth)?,
+            stored: sum(&read(buffers.water)?),
+            eroded,
+            deposited,
+            suspended: sum(&read(buffers.sediment)?),
+            lost: sum(&read(buffers.lost)?),
             ..Sums::default()
         };
         let rain_mm_h = match &self.painted {
             Some(painted) => budget::rain(&painted.dry_scene(job, *physics)?),
-            None => sum(buffers.rain, &|rain| rain)?,
+            None => sum(&read(buffers.rain)?),
         };
         let rim = recorder.read(buffers.rim, 8 * (nx + ny))?;
         let left = |from: usize| {
