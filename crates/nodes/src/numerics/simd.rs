@@ -4,6 +4,10 @@
 //! compiles it once per instruction set and calls the widest one of the machine. Rust never contracts or reorders
 //! floating-point operations, so every version gives the same bits; a test in the workspace's suite compares them.
 //!
+//! Two things keep a loop from being vectorised well, and show as `vgather` and as scalar instructions in its code. In
+//! `if q > 0.0 { a[i] } else { b[i] }` the compiler may select an address: load both numbers first, or select bits. In
+//! arrays of slices it loses their lengths: give each slice its own name and its own `[..n]`.
+//!
 //! The environment variable [`VARIABLE`] selects a narrower instruction set than that of the machine.
 //!
 //! With `RUSTFLAGS="--cfg orograph_baseline"` kernels are compiled only for the baseline, which nearly halves the

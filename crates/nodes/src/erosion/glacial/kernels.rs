@@ -71,9 +71,11 @@ simd! {
         for i in 0..count {
             let drop = l1[i] - l2[i];
             let forward = drop > 0.0;
-            let up = if forward { d1[i] } else { d2[i] };
-            let down = if forward { d2[i] } else { d1[i] };
-            let behind = if forward { d0[i] } else { d3[i] };
+            // loaded in any case: with loads in the branches, the compiler gathers from addresses
+            let [d0, d1, d2, d3] = [d0[i], d1[i], d2[i], d3[i]];
+            let up = if forward { d1 } else { d2 };
+            let down = if forward { d2 } else { d1 };
+            let behind = if forward { d0 } else { d3 };
             let (rise, fall) = (up - behind, down - up);
             let product = rise * fall;
             let slope = if product > 0.0 { product / (rise + fall) } else { 0.0 };
@@ -186,10 +188,10 @@ simd! {
 
 #[inline(always)]
 fn assemble(diagonal: &mut [[f64; LANES]], [gains, losses]: [&[[f64; LANES]]; 2], scale: f64) {
-    for ((diagonal, gains), losses) in diagonal.iter_mut().zip(&gains[1..]).zip(losses) {
-        for lane in 0..LANES {
-            diagonal[lane] = 1.0 + scale * (gains[lane] + losses[lane]);
-        }
+    // as one array: over lines, the compiler would gather and scatter
+    let lines = diagonal.as_flattened_mut().iter_mut();
+    for ((diagonal, gains), losses) in lines.zip(gains[1..].as_flattened()).zip(losses.as_flattened()) {
+        *diagonal = 1.0 + scale * (gains + losses);
     }
 }
 

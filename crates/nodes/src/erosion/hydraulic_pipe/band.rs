@@ -419,8 +419,10 @@ impl Band {
         if y == span.exchanged.start {
             flow::limit(north.cells_mut(at(y)), [share.cells(y - 1), share.cells(y)]);
         }
-        let [north, south] = north.pair_mut(at(y));
-        let (west, depth) = (west.faces_mut(at(y)), depth.cells_mut(at(y)));
+        flow::limit(north.cells_mut(at(y + 1)), [share.cells(y), share.cells(y + 1)]);
+        flow::limit(west.faces_mut(at(y)), [share.whole(y), &share.whole(y)[1..]]);
+        let (west, depth) = (west.faces(at(y)), depth.cells_mut(at(y)));
+        let faces = [&west[..nx], &west[1..], north.cells(at(y)), north.cells(at(y + 1))];
         let loose = loose.cells_mut(at(y));
         if let Some(ground) = &scene.ground {
             // the rock begins below the loose ground
@@ -429,8 +431,7 @@ impl Band {
             }
         }
         let row = bed::Row {
-            north: &*north,
-            shares: [share.whole(y), share.cells(y + 1)],
+            faces,
             wets: [y - 1, y, y + 1].map(|row| wet.whole(row)),
             beds: [y - 1, y, y + 1].map(|row| bed.whole(row)),
             sediment: sediment.cells(at(y)),
@@ -440,10 +441,9 @@ impl Band {
         let flow = if own { &mut self.flow[y as usize * nx..][..nx] } else { &mut self.elsewhere[..] };
         let (change, taken) = (change.cells_mut(at(y)), taken.cells_mut(at(y)));
         let (load_row, part_row) = (load.cells_mut(y), part.cells_mut(y));
-        let deepest = bed::exchange(west, south, depth, flow, change, loose, taken, load_row, part_row, &row, pace);
+        let deepest = bed::exchange(depth, flow, change, loose, taken, load_row, part_row, &row, pace);
         load.close(y, joined[0]);
         part.close(y, joined[0]);
-        let faces = [&west[..nx], &west[1..], row.north, &*south];
         if scene.physics.transport != Transport::Upwind {
             let [east, south] = way;
             transport::way(east.cells_mut(y), south.cells_mut(y), [wet.cells(y), depth], faces, pace);

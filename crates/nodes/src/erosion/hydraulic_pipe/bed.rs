@@ -1,7 +1,7 @@
 //! The water in each cell: its depth, and the exchange between the bed and the water above it.
 
 use super::{
-    flow::{film, limited},
+    flow::film,
     physics::{Capacity, Pace},
 };
 use crate::numerics::{
@@ -46,10 +46,8 @@ fn most(a: f32, b: f32) -> f32 {
 /// The inputs of a row; rows with ghosts are marked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row<'a> {
-    /// Discharge through the faces on the north, limited.
-    pub north: &'a [f32],
-    /// Fraction of its outflow that each cell can supply, with ghosts; and of the row south, without.
-    pub shares: [&'a [f32]; 2],
+    /// Discharge through the faces on the west, the east, the north and the south, limited to the available water.
+    pub faces: [&'a [f32]; 4],
     /// Depth of water before the step in the row north, with ghosts, in this one and in the one south.
     pub wets: [&'a [f32]; 3],
     /// Bed of the same rows.
@@ -63,8 +61,7 @@ pub(super) struct Row<'a> {
 }
 
 simd! {
-    /// Limits the discharge through the faces `west` of the cells and, `below`, south of them to the available water;
-    /// moves the water, and brings its load nearer to its capacity: erodes ground, loose before rock, or deposits it.
+    /// Moves the water, and brings its load nearer to its capacity: erodes ground, loose before rock, or deposits it.
     /// Returns the greatest depth.
     ///
     /// Outputs the depth of water, adds |q| Δt to `flow`, changes the bed's `change` and the `loose` ground by
@@ -72,13 +69,13 @@ simd! {
     /// in the water before the step, `part`.
     #[expect(clippy::too_many_arguments, reason = "only arguments are known not to overlap, which makes it vectorise")]
     pub fn exchange(
-        west: &mut [f32], below: &mut [f32], depth: &mut [f32], flow: &mut [f32], change: &mut [f32], loose: &mut [f32],
+        depth: &mut [f32], flow: &mut [f32], change: &mut [f32], loose: &mut [f32],
         taken: &mut [f32], load: &mut [f32], part: &mut [f32], row: &Row<'_>, pace: &Pace,
     ) -> f32 {
         match pace.law {
-            Capacity::UnitPower => exchange_by::<{ Capacity::UnitPower as u8 }>(west, below, depth, flow, change, loose, taken, load, part, row, pace),
-            Capacity::Shear => exchange_by::<{ Capacity::Shear as u8 }>(west, below, depth, flow, change, loose, taken, load, part, row, pace),
-            Capacity::Speed => exchange_by::<{ Capacity::Speed as u8 }>(west, below, depth, flow, change, loose, taken, load, part, row, pace),
+            Capacity::UnitPower => exchange_by::<{ Capacity::UnitPower as u8 }>(depth, flow, change, loose, taken, load, part, row, pace),
+            Capacity::Shear => exchange_by::<{ Capacity::Shear as u8 }>(depth, flow, change, loose, taken, load, part, row, pace),
+            Capacity::Speed => exchange_by::<{ Capacity::Speed as u8 }>(depth, flow, change, loose, taken, load, part, row, pace),
         }
     }
 }
@@ -86,8 +83,6 @@ simd! {
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "as above")]
 fn exchange_by<const LAW: u8>(
-    west: &mut [f32],
-    below: &mut [f32],
     depth: &mut [f32],
     flow: &mut [f32],
     change: &mut [f32],
@@ -99,35 +94,30 @@ fn exchange_by<const LAW: u8>(
     pace: &Pace,
 ) -> f32 {
     let n = depth.len();
-    let (west, below, flow, change) = (&mut west[..=n], &mut below[..n], &mut flow[..n], &mut change[..n]);
+    let (flow, change) = (&mut flow[..n], &mut change[..n]);
     let (loose, total, load, part) = (&mut loose[..n], &mut taken[..n], &mut load[..n], &mut part[..n]);
-    let (north, sediment, mobile) = (&row.north[..n], &row.sediment[..n], &row.mobile[..n]);
-    let weakness = &row.weakness[..n];
-    let (share_west, share, share_east) = (&row.shares[0][..n], &row.shares[0][1..=n], &row.shares[0][2..n + 2]);
-    let share_south = &row.shares[1][..n];
-    let [
-        [bed_north_west, bed_north, bed_north_east],
-        [bed_west, bed, bed_east],
-        [bed_south_west, bed_south, bed_south_east],
-    ] = row.beds.map(|row| [&row[..n], &row[1..=n], &row[2..n + 2]]);
-    let [[_, wet_north, _], [wet_west, wet, wet_east], [_, wet_south, _]] =
-        row.wets.map(|row| [&row[..n], &row[1..=n], &row[2..n + 2]]);
+    let (sediment, mobile, weakness) = (&row.sediment[..n], &row.mobile[..n], &row.weakness[..n]);
+    let [west, east, north, south] = row.faces.map(|faces| &faces[..n]);
+    // each on its own: in arrays of slices the compiler loses their lengths, and leaves the end of a row to a scalar loop
+    let (beds, wets) =
+        (|j: usize, from: usize| &row.beds[j][from..][..n], |j: usize, from: usize| &row.wets[j][from..][..n]);
+    let (bed_north_west, bed_north, bed_north_east) = (beds(0, 0), beds(0, 1), beds(0, 2));
+    let (bed_west, bed, bed_east) = (beds(1, 0), beds(1, 1), beds(1, 2));
+    let (bed_south_west, bed_south, bed_south_east) = (beds(2, 0), beds(2, 1), beds(2, 2));
+    let (wet_north, wet_south) = (wets(0, 1), wets(2, 1));
+    let (wet_west, wet, wet_east) = (wets(1, 0), wets(1, 1), wets(1, 2));
     let by_depth = LAW != Capacity::Speed as u8;
     let mut deepest = 0;
     for i in 0..n {
-        let to_east = limited(west[i + 1], [share[i], share_east[i]]);
-        let from_west = limited(west[i], [share_west[i], share[i]]);
-        let to_south = limited(below[i], [share[i], share_south[i]]);
-        west[i] = from_west;
-        below[i] = to_south;
+        let (from_west, to_east, from_north, to_south) = (west[i], east[i], north[i], south[i]);
         let before = wet[i];
-        let after = most(before + pace.step * ((from_west - to_east) + (north[i] - to_south)), 0.0);
+        let after = most(before + pace.step * ((from_west - to_east) + (from_north - to_south)), 0.0);
         depth[i] = after;
         // floats of one sign have the order of their bits
         deepest = deepest.max(after.to_bits() as i32);
         let mean = 0.5 * (before + after);
-        let (east, south) = (0.5 * (from_west + to_east), 0.5 * (north[i] + to_south));
-        let square = east * east + south * south;
+        let (across, down) = (0.5 * (from_west + to_east), 0.5 * (from_north + to_south));
+        let square = across * across + down * down;
         let q = square * inverse_root(square);
         flow[i] += q * pace.dt_s;
 
@@ -136,7 +126,7 @@ fn exchange_by<const LAW: u8>(
             let fall = |rise: f32, deeper: f32| most(least(rise + deeper, pace.steepest_m), -pace.steepest_m);
             let falls_x = from_west * fall(bed_west[i] - bed[i], wet_west[i] - before)
                 + to_east * fall(bed[i] - bed_east[i], before - wet_east[i]);
-            let falls_y = north[i] * fall(bed_north[i] - bed[i], wet_north[i] - before)
+            let falls_y = from_north * fall(bed_north[i] - bed[i], wet_north[i] - before)
                 + to_south * fall(bed[i] - bed_south[i], before - wet_south[i]);
             let power = most((falls_x + falls_y) * pace.tilt, 0.0);
             power * inverse_root(square + power * power)
@@ -186,6 +176,5 @@ fn exchange_by<const LAW: u8>(
         load[i] = carried;
         part[i] = if before > NONE_M { carried * inverse(before) } else { 0.0 };
     }
-    west[n] = limited(west[n], [share[n - 1], share_east[n - 1]]);
     f32::from_bits(deepest as u32)
 }

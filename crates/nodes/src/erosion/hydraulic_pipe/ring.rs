@@ -53,13 +53,6 @@ impl Rows {
         &mut self.samples[start..][..self.nx]
     }
 
-    /// The cells of a row and of the next, to be written.
-    pub fn pair_mut(&mut self, row: usize) -> [&mut [f32]; 2] {
-        let (start, next) = (self.start(row), self.start(row + 1));
-        let (before, after) = self.samples.split_at_mut(next);
-        [&mut before[start..][..self.nx], &mut after[..self.nx]]
-    }
-
     /// A row with its ghosts.
     pub fn whole(&self, row: usize) -> &[f32] {
         &self.samples[self.start(row) - 1..][..self.nx + 2]

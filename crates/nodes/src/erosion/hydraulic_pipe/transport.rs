@@ -1,6 +1,6 @@
 //! Transport of sediment by the water.
 
-use super::physics::Pace;
+use super::{flow::origin, physics::Pace};
 use crate::numerics::simd::simd;
 
 simd! {
@@ -15,10 +15,10 @@ simd! {
         let (above, below) = (&above[1..=n], &below[1..=n]);
         let (before, here, after) = (&row[..n], &row[1..=n], &row[2..n + 2]);
         for i in 0..n {
-            let from_west = west[i] * if west[i] > 0.0 { before[i] } else { here[i] };
-            let to_east = east[i] * if east[i] > 0.0 { here[i] } else { after[i] };
-            let from_north = north[i] * if north[i] > 0.0 { above[i] } else { here[i] };
-            let to_south = south[i] * if south[i] > 0.0 { here[i] } else { below[i] };
+            let from_west = west[i] * origin(west[i], before[i], here[i]);
+            let to_east = east[i] * origin(east[i], here[i], after[i]);
+            let from_north = north[i] * origin(north[i], above[i], here[i]);
+            let to_south = south[i] * origin(south[i], here[i], below[i]);
             let moved = load[i] + pace.step * ((from_west - to_east) + (from_north - to_south));
             sediment[i] = if moved > 0.0 { moved } else { 0.0 };
         }

@@ -69,8 +69,10 @@ simd! {
         end[0] = solved;
         for i in 1..last {
             let (here, behind, end) = (&start[i], &start[i + 1], &mut end[i]);
+            // loaded before: with loads in the branches, the compiler gathers from addresses
+            let (free, held) = (free[i][0], held[i][0]);
             for lane in 0..LANES {
-                let pivot = if ends[0][lane] == 1.0 { free[i][0] } else { held[i][0] };
+                let pivot = if ends[0][lane] == 1.0 { free } else { held };
                 let before = given[lane];
                 given[lane] = even.explicit * (here[lane] - behind[lane]);
                 let rhs = here[lane] + (before - given[lane]);
@@ -89,9 +91,9 @@ simd! {
         }
         end[last] = behind;
         for i in (0..last).rev() {
-            let end = &mut end[i];
+            let (end, free, held) = (&mut end[i], free[i][1], held[i][1]);
             for lane in 0..LANES {
-                let ratio = if ends[0][lane] == 1.0 { free[i][1] } else { held[i][1] };
+                let ratio = if ends[0][lane] == 1.0 { free } else { held };
                 behind[lane] = end[lane] + ratio * behind[lane];
             }
             *end = behind;
