@@ -125,7 +125,7 @@ impl<'a> Run<'a> {
         Self::resume(gpu, job, &mut Kept::default())
     }
 
-    /// The same, with what calls before have made, which [`Self::keep`] takes back.
+    /// The same, with what calls before have made, which [`Self::leave`] gives back.
     pub(super) fn resume(gpu: &'a Gpu, job: &'a Job<'a>, kept: &mut Kept) -> Result<Self, Trouble> {
         let memory = &gpu.memory;
         let write = |block: &Block, bytes: &[u8]| {
