@@ -61,7 +61,7 @@ fn a_preview_on_larger_cells_than_expected_misses_nothing() {
     assert!(window.query_by_label("–").is_some() && window.query_by_label("⚠").is_none(), "nor in the inspector");
     window.get_by_label("Problems").click();
     window.run_steps(3);
-    assert!(window.query_by_label("expected on cells of 10 m, but those of the world are 50 m").is_some());
+    assert!(window.query_by_label_contains("but those of the world are 50 m: misses do not count").is_some());
     assert!(window.query_by_label_contains("out of bounds at this cell size").is_some());
 }
 
