@@ -5,12 +5,16 @@ use super::par;
 /// Cells whose sum is a part of a sum from a device. Parts are added in their order, whatever thread computes them.
 const PART: usize = 1 << 16;
 
+/// What a change adds to gains and to losses, both positive; nothing if it is not finite.
+#[must_use]
+pub fn gain_and_loss(change: f64) -> [f64; 2] {
+    if change.is_finite() { [change.max(0.0), (-change).max(0.0)] } else { [0.0; 2] }
+}
+
 /// What cells gained and what cells lost: the sums of the positive and of the negative changes, both positive.
 #[must_use]
 pub fn gains_and_losses(changes: impl Iterator<Item = f64>) -> [f64; 2] {
-    changes.filter(|change| change.is_finite()).fold([0.0; 2], |[gains, losses], change| {
-        if change > 0.0 { [gains + change, losses] } else { [gains, losses - change] }
-    })
+    changes.map(gain_and_loss).fold([0.0; 2], |[gains, losses], [gain, loss]| [gains + gain, losses + loss])
 }
 
 /// The sum of finite values.

@@ -230,8 +230,7 @@ fn report(
     left: Option<ScratchId>,
 ) -> Result<(), NodeError> {
     let window = job.window();
-    let gains = |gain: f64| if gain.is_finite() { [gain.max(0.0), (-gain).max(0.0)] } else { [0.0; 2] };
-    let [settled, eroded] = ledger::sums(&recorder.read(moved, window.len())?, gains);
+    let [settled, eroded] = ledger::sums(&recorder.read(moved, window.len())?, ledger::gain_and_loss);
     let boundary = window.world.boundary;
     let is_closed = ![boundary.west, boundary.east, boundary.north, boundary.south]
         .iter()
