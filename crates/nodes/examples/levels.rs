@@ -107,7 +107,7 @@ fn document(name: &str) -> Result<Document, Box<dyn Error>> {
         _ => return Ok(Document::load(graphs.join(format!("{name}.ron")), &registry())?),
     };
     let text = format!(
-        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: 8, height: \"base\", \
+        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: 12, height: \"base\", \
          uplift: 0.001, method: {method}) }}, outputs: {{ \"height\": \"rivers\" }})"
     );
     Ok(Document::parse_in(text, graphs, &registry()))

@@ -198,21 +198,23 @@ fn hillslopes_are_rough_and_as_high_as_smooth_ones() {
 fn hillslopes_have_many_lengths() {
     const SIDE: usize = 320;
     const TILE: usize = 40;
-    let [one, many] = ["headwater_variation=0", "headwater_variation=1.5"].map(|changes| {
-        let heights = output_on(SIDE, CELL_M, changes, "height");
-        let at = |x: usize, y: usize| f64::from(heights[y * SIDE + x]);
-        let bent =
-            |x: usize, y: usize| (at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4.0 * at(x, y)).abs();
-        let tile = |x: usize, y: usize| {
-            let cells = (y + 1..y + TILE - 1).flat_map(|y| (x + 1..x + TILE - 1).map(move |x| (x, y)));
-            cells.map(|(x, y)| bent(x, y)).sum::<f64>()
-        };
-        let corners = || (0..SIDE).step_by(TILE);
-        let tiles: Vec<f64> = corners().flat_map(|y| corners().map(move |x| tile(x, y))).collect();
-        let mean = tiles.iter().sum::<f64>() / tiles.len() as f64;
-        let variance = tiles.iter().map(|tile| (tile - mean) * (tile - mean)).sum::<f64>() / tiles.len() as f64;
-        [variance.sqrt() / mean, heights.iter().map(|height| f64::from(*height)).sum()]
-    });
+    let [one, many] = ["headwater_variation=0", "headwater_variation=1.5"]
+        .map(|changes| format!("variation_size=3e3,{changes}"))
+        .map(|changes| {
+            let heights = output_on(SIDE, CELL_M, &changes, "height");
+            let at = |x: usize, y: usize| f64::from(heights[y * SIDE + x]);
+            let bent =
+                |x: usize, y: usize| (at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4.0 * at(x, y)).abs();
+            let tile = |x: usize, y: usize| {
+                let cells = (y + 1..y + TILE - 1).flat_map(|y| (x + 1..x + TILE - 1).map(move |x| (x, y)));
+                cells.map(|(x, y)| bent(x, y)).sum::<f64>()
+            };
+            let corners = || (0..SIDE).step_by(TILE);
+            let tiles: Vec<f64> = corners().flat_map(|y| corners().map(move |x| tile(x, y))).collect();
+            let mean = tiles.iter().sum::<f64>() / tiles.len() as f64;
+            let variance = tiles.iter().map(|tile| (tile - mean) * (tile - mean)).sum::<f64>() / tiles.len() as f64;
+            [variance.sqrt() / mean, heights.iter().map(|height| f64::from(*height)).sum()]
+        });
     assert!(many[0] > 1.3 * one[0], "{one:?} {many:?}");
     assert!((many[1] / one[1] - 1.0).abs() < 0.05, "{one:?} {many:?}");
 }
@@ -220,7 +222,8 @@ fn hillslopes_have_many_lengths() {
 /// On small cells, steep rough ground has no walls along rows or columns: few cells are bent across a row or a column by
 /// much more than the others. With slides by the direction of flow, the 99.9th percentile was 9.0 medians instead of 7.8.
 /// Ribs smooth most of the ground and leave its edges, which lie along rows and columns no more than along diagonals: the
-/// percentile is 1.03 times as large across them, without ribs 1.05 times.
+/// percentile is 1.03 times as large across them, without ribs 1.05 times. Both bounds belong to this terrain: a sharp
+/// crest that happens to lie along a row counts up to 1.4 times as much as one along a diagonal.
 #[test]
 fn steep_rough_ground_has_no_walls_along_rows_or_columns() {
     const CELLS: usize = 256;
@@ -242,7 +245,8 @@ fn steep_rough_ground_has_no_walls_along_rows_or_columns() {
             [0.5, 0.999].map(|part| all[(part * all.len() as f64) as usize])
         })
     };
-    let [[[median, most], [_, most_diagonal]], [[_, ribs], [_, ribs_diagonal]]] = ["ribs=0", "ribs=0.7"].map(bent);
+    let [[[median, most], [_, most_diagonal]], [[_, ribs], [_, ribs_diagonal]]] = ["ribs=0", "ribs=0.7"]
+        .map(|ribs| bent(&format!("headwater_variation=1.5,roughness=0.22,rounding=0.05,variation_size=3e3,{ribs}")));
     assert!(most < 8.2 * median, "{most} {median}");
     assert!(most < 1.1 * most_diagonal && ribs < 1.1 * ribs_diagonal, "{most} {most_diagonal} {ribs} {ribs_diagonal}");
 }

@@ -92,7 +92,7 @@ params! {
     /// How much `headwater_area` varies from place to place: the standard deviation of its natural logarithm.
     ///
     /// Long smooth slopes beside slopes with many gullies, in waves of some 20 √A₀, as in real land.
-    headwater_variation: f64 = 1.5, One, 0.0..=3.0, soft 0..=2;
+    headwater_variation: f64 = 0.8, One, 0.0..=3.0, soft 0..=2;
     /// Drainage area at which rivers begin, if `headwater_area` is 0; with 0 they begin in every cell.
     ///
     /// Smaller areas erode as if they were this large.
@@ -102,11 +102,11 @@ params! {
     /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
     ///
     /// It counts for each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
-    roughness: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
+    roughness: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
     /// How far knolls and hollows are drawn out into ribs and chutes down a slope, to either side in wavelengths.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
-    rounding: f64 = 0.05, One, 0.0..=100.0, soft 0..=0.5;
+    rounding: f64 = 0.08, One, 0.0..=100.0, soft 0..=0.5;
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.
     ///
     /// It is the standard deviation of its natural logarithm. With 0, rivers run straight for long stretches.
@@ -128,7 +128,7 @@ params! {
     variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
     /// Size of the largest bodies of harder or softer rock; smaller ones lie within them.
     /// 0 draws a factor for each cell.
-    variation_size: f64 = 3e3, Metres, 0.0..=1e7, soft 0..=50e3;
+    variation_size: f64 = 6e3, Metres, 0.0..=1e7, soft 0..=50e3;
     /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// How the receiver of a cell is chosen.
@@ -196,7 +196,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 11,
+    version: 12,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -231,6 +231,16 @@ pub static NODE: Node = Node {
         },
         // results on the cells of the coarsest level follow the inputs on those of the next
         Migration { from: 10, steps: &[] },
+        // larger bodies of rock, rounder crests, and hillslopes that are rough everywhere
+        Migration {
+            from: 11,
+            steps: &[
+                Step::Keep { name: "headwater_variation", value: "1.5" },
+                Step::Keep { name: "roughness", value: "0.22" },
+                Step::Keep { name: "rounding", value: "0.05" },
+                Step::Keep { name: "variation_size", value: "3e3" },
+            ],
+        },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
