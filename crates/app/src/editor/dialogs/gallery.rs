@@ -5,7 +5,7 @@
 //! saving the copy copies them too.
 //!
 //! The pictures in `graphs/pictures` are made by `orograph render graphs/NAME.ron --cells 240 -o
-//! graphs/pictures/NAME.png`, with `--output` where [`EXAMPLES`] has one.
+//! graphs/pictures/NAME.png`, with `--output` where [`EXAMPLES`] has one; that of `badlands` with 480 cells, at half size.
 
 use std::{fs, io::Write as _, path::Path};
 
