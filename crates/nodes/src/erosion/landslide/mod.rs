@@ -42,9 +42,9 @@ params! {
     /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// Size of the largest bodies of harder or softer rock; 0 for the same `repose` everywhere.
-    variation_size: f64 = 3e3, Metres, 0.0..=1e7, soft 0..=50e3;
+    variation_size: f64 = 6e3, Metres, 0.0..=1e7, soft 0..=50e3;
     /// How rough hillslopes are: the `roughness` of `StreamPower`. Knolls of harder rock stand steeper.
-    knolls: f64 = 0.22, One, 0.0..=1.0, soft 0..=0.5;
+    knolls: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
     /// How far knolls are drawn out down a slope: the `ribs` of `StreamPower`.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;
     /// The `headwater_area` of `StreamPower`; the largest knolls are half as long as its root.
@@ -104,7 +104,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Landslide",
-    version: 4,
+    version: 5,
     migrations: &[
         // the rock of `StreamPower` at its defaults
         Migration { from: 1, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] },
@@ -114,6 +114,10 @@ pub static NODE: Node = Node {
             steps: &[Step::Keep { name: "knolls", value: "0" }, Step::Keep { name: "size_exponent", value: "2.2" }],
         },
         Migration { from: 3, steps: &[Step::Keep { name: "ribs", value: "0" }] },
+        Migration {
+            from: 4,
+            steps: &[Step::Keep { name: "variation_size", value: "3e3" }, Step::Keep { name: "knolls", value: "0.22" }],
+        },
     ],
     category: "erosion",
     summary: "Rock fails in wedges and soil in shallow slides; debris runs out and comes to rest below.",
