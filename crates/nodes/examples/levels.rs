@@ -106,11 +106,13 @@ fn document(name: &str) -> Result<Document, Box<dyn Error>> {
         "perlin" => ("Perlin()", "implicit"),
         _ => return Ok(Document::load(graphs.join(format!("{name}.ron")), &registry())?),
     };
+    let registry = registry();
+    let version = registry.get("StreamPower").ok_or("no rivers")?.version;
     let text = format!(
-        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: 12, height: \"base\", \
+        "(format: 1, nodes: {{ \"base\": {kind}, \"rivers\": StreamPower(version: {version}, height: \"base\", \
          uplift: 0.001, method: {method}) }}, outputs: {{ \"height\": \"rivers\" }})"
     );
-    Ok(Document::parse_in(text, graphs, &registry()))
+    Ok(Document::parse_in(text, graphs, &registry))
 }
 
 /// Means over squares of cells.

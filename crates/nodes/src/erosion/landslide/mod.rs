@@ -114,6 +114,7 @@ pub static NODE: Node = Node {
             steps: &[Step::Keep { name: "knolls", value: "0" }, Step::Keep { name: "size_exponent", value: "2.2" }],
         },
         Migration { from: 3, steps: &[Step::Keep { name: "ribs", value: "0" }] },
+        // the rock of `StreamPower` 12
         Migration {
             from: 4,
             steps: &[Step::Keep { name: "variation_size", value: "3e3" }, Step::Keep { name: "knolls", value: "0.22" }],
