@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use egui::{Event, EventFilter, OutputCommand, Response, Ui, Vec2, ViewportCommand};
+use egui::{Event, EventFilter, OutputCommand, Pos2, Response, Ui, Vec2, ViewportCommand};
 use orograph_graph::Edit;
 
 use super::{
@@ -125,71 +125,25 @@ impl Canvas {
     /// Carries out a command.
     pub(super) fn run(&mut self, ui: &Ui, session: &mut Session, action: Action) {
         let Some(lens) = self.lens else { return };
-        let pointer = ui.ctx().pointer_latest_pos().filter(|at| lens.rect.contains(*at));
         let chosen = self.chosen(session);
         let names: BTreeSet<String> = session.selection().map(str::to_owned).collect();
-        let some_or_all = || if chosen.len() > 1 { chosen.clone() } else { (0..self.model.cards.len()).collect() };
         match action {
-            Action::Add => {
-                self.cancel();
-                self.gesture = Gesture::Idle;
-                let at = pointer.unwrap_or_else(|| lens.rect.center());
-                self.palette = Some(Palette::new(at, lens.to_graph(at), Purpose::Add));
-                ui.ctx().request_repaint();
+            Action::Add => self.ask_for_node(ui, lens),
+            Action::Copy => {
+                self.copy(ui, session, &names);
             }
-            Action::Copy | Action::Cut => {
-                if names.is_empty() {
-                    return;
-                }
-                match clip::text(session.document(), &self.model, &names) {
-                    Ok(text) => ui.ctx().output_mut(|output| output.commands.push(OutputCommand::CopyText(text))),
-                    Err(reason) => return self.refuse(ui, reason),
-                }
-                self.pasted = 0;
-                if action == Action::Cut {
-                    self.run(ui, session, Action::Delete);
+            Action::Cut => {
+                if self.copy(ui, session, &names) {
+                    self.delete(ui, session, &names);
                 }
             }
-            Action::CopyParameters => {
-                let [card] = chosen[..] else {
-                    return self.refuse(ui, "select one node to copy its parameters".to_owned());
-                };
-                match values::copied(session.document(), &self.model, &self.model.cards[card]) {
-                    Ok(text) => ui.ctx().output_mut(|output| output.commands.push(OutputCommand::CopyText(text))),
-                    Err(reason) => self.refuse(ui, reason),
-                }
-            }
+            Action::CopyParameters => self.copy_parameters(ui, session, &chosen),
             Action::Paste | Action::PasteParameters => {
                 self.pasting = Some((PATIENCE, action));
                 ui.ctx().send_viewport_cmd(ViewportCommand::RequestPaste);
             }
-            Action::Duplicate => {
-                if names.is_empty() {
-                    return;
-                }
-                let shift = Vec2::splat(3.0 * place::STEP);
-                let pasted = clip::text(session.document(), &self.model, &names)
-                    .and_then(|text| clip::paste(session.document(), &text, None, shift));
-                self.add(ui, session, pasted);
-            }
-            Action::Delete => {
-                if let Some((wire, at)) = self.bend.clone().filter(|_| names.is_empty() && self.wires.is_empty()) {
-                    self.remove_bend(ui, session, &wire, at);
-                    return;
-                }
-                if let Some(name) = self.area.clone().filter(|_| names.is_empty()) {
-                    self.apply(ui, session, &Edit::SetFrame { name, frame: None });
-                    return;
-                }
-                if names.is_empty() && self.wires.is_empty() {
-                    return;
-                }
-                let edit = commands::remove(session.document(), &names, &self.wires);
-                if self.apply(ui, session, &edit) {
-                    self.wires.clear();
-                    self.moved = true;
-                }
-            }
+            Action::Duplicate => self.duplicate(ui, session, &names),
+            Action::Delete => self.delete(ui, session, &names),
             Action::SelectAll => session.select(self.model.cards.iter().map(|card| card.name.clone())),
             Action::Align(how) => {
                 if let Some(edit) = commands::align(&self.model, &chosen, how) {
@@ -199,49 +153,19 @@ impl Canvas {
             Action::Subgraph if self.status(session, action).enabled => self.ask_subgraph(ui, session),
             Action::Inline if self.status(session, action).enabled => self.inline(ui, session),
             Action::Arrange => {
-                if let Some(edit) = commands::arrange(&self.model, &some_or_all()) {
+                let cards = if chosen.len() > 1 { chosen } else { (0..self.model.cards.len()).collect() };
+                if let Some(edit) = commands::arrange(&self.model, &cards) {
                     self.apply(ui, session, &edit);
                 }
             }
-            Action::Collapse => {
-                let all = names.iter().all(|name| self.collapsed.contains(name));
-                for name in names {
-                    if all {
-                        self.collapsed.remove(&name);
-                    } else {
-                        self.collapsed.insert(name);
-                    }
-                }
-                self.seen = None;
-            }
+            Action::Collapse => self.collapse(names),
             Action::Mute => {
                 let muted = !chosen.iter().all(|card| self.model.cards[*card].muted);
                 let edits = names.into_iter().map(|node| Edit::SetMuted { node, muted });
                 self.apply(ui, session, &Edit::All(edits.collect()));
             }
-            Action::Frame => {
-                let at = pointer.unwrap_or_else(|| lens.rect.center());
-                let name = orograph_graph::fresh_name("frame", |name| self.model.area(name).is_some());
-                let edit = commands::frame(&self.model, &chosen, &name, lens.to_graph(at), lens.seen());
-                if self.apply(ui, session, &edit) {
-                    session.select([]);
-                    self.moved = true;
-                    self.rename = Some(Rename::of_frame(&name, ""));
-                    self.area = Some(name);
-                    ui.ctx().request_repaint();
-                }
-            }
-            Action::Rename => {
-                if let Some(area) = self.area.as_deref().and_then(|name| self.model.area(name)) {
-                    let area = &self.model.areas[area];
-                    self.rename = Some(Rename::of_frame(&area.name, &area.note));
-                    ui.ctx().request_repaint();
-                } else if let [card] = chosen[..] {
-                    let card = &self.model.cards[card];
-                    self.rename = Some(Rename::of_node(&card.name, &card.note));
-                    ui.ctx().request_repaint();
-                }
-            }
+            Action::Frame => self.frame(ui, session, lens, &chosen),
+            Action::Rename => self.ask_for_name(ui, &chosen),
             Action::PinToViewport => {
                 if let [card] = chosen[..] {
                     let card = &self.model.cards[card];
@@ -266,6 +190,111 @@ impl Canvas {
         }
     }
 
+    /// Opens the palette at the pointer.
+    fn ask_for_node(&mut self, ui: &Ui, lens: Lens) {
+        self.cancel();
+        self.gesture = Gesture::Idle;
+        let at = pointer(ui, lens).unwrap_or_else(|| lens.rect.center());
+        self.palette = Some(Palette::new(at, lens.to_graph(at), Purpose::Add));
+        ui.ctx().request_repaint();
+    }
+
+    /// Copies nodes as text; returns true if there are some.
+    fn copy(&mut self, ui: &Ui, session: &Session, names: &BTreeSet<String>) -> bool {
+        if names.is_empty() {
+            return false;
+        }
+        match clip::text(session.document(), &self.model, names) {
+            Ok(text) => ui.ctx().output_mut(|output| output.commands.push(OutputCommand::CopyText(text))),
+            Err(reason) => {
+                self.refuse(ui, reason);
+                return false;
+            }
+        }
+        self.pasted = 0;
+        true
+    }
+
+    fn copy_parameters(&mut self, ui: &Ui, session: &Session, chosen: &[usize]) {
+        let [card] = *chosen else {
+            return self.refuse(ui, "select one node to copy its parameters".to_owned());
+        };
+        match values::copied(session.document(), &self.model, &self.model.cards[card]) {
+            Ok(text) => ui.ctx().output_mut(|output| output.commands.push(OutputCommand::CopyText(text))),
+            Err(reason) => self.refuse(ui, reason),
+        }
+    }
+
+    fn duplicate(&mut self, ui: &Ui, session: &mut Session, names: &BTreeSet<String>) {
+        if names.is_empty() {
+            return;
+        }
+        let shift = Vec2::splat(3.0 * place::STEP);
+        let pasted = clip::text(session.document(), &self.model, names)
+            .and_then(|text| clip::paste(session.document(), &text, None, shift));
+        self.add(ui, session, pasted);
+    }
+
+    /// Deletes the selected nodes and wires; without any, the selected bend or frame.
+    fn delete(&mut self, ui: &Ui, session: &mut Session, names: &BTreeSet<String>) {
+        if let Some((wire, at)) = self.bend.clone().filter(|_| names.is_empty() && self.wires.is_empty()) {
+            self.remove_bend(ui, session, &wire, at);
+            return;
+        }
+        if let Some(name) = self.area.clone().filter(|_| names.is_empty()) {
+            self.apply(ui, session, &Edit::SetFrame { name, frame: None });
+            return;
+        }
+        if names.is_empty() && self.wires.is_empty() {
+            return;
+        }
+        let edit = commands::remove(session.document(), names, &self.wires);
+        if self.apply(ui, session, &edit) {
+            self.wires.clear();
+            self.moved = true;
+        }
+    }
+
+    /// Collapses nodes, or expands them if all are collapsed.
+    fn collapse(&mut self, names: BTreeSet<String>) {
+        let all = names.iter().all(|name| self.collapsed.contains(name));
+        for name in names {
+            if all {
+                self.collapsed.remove(&name);
+            } else {
+                self.collapsed.insert(name);
+            }
+        }
+        self.seen = None;
+    }
+
+    /// Adds a frame around nodes and asks for its name.
+    fn frame(&mut self, ui: &Ui, session: &mut Session, lens: Lens, chosen: &[usize]) {
+        let at = pointer(ui, lens).unwrap_or_else(|| lens.rect.center());
+        let name = orograph_graph::fresh_name("frame", |name| self.model.area(name).is_some());
+        let edit = commands::frame(&self.model, chosen, &name, lens.to_graph(at), lens.seen());
+        if self.apply(ui, session, &edit) {
+            session.select([]);
+            self.moved = true;
+            self.rename = Some(Rename::of_frame(&name, ""));
+            self.area = Some(name);
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// Asks for the name of the selected frame or node.
+    fn ask_for_name(&mut self, ui: &Ui, chosen: &[usize]) {
+        if let Some(area) = self.area.as_deref().and_then(|name| self.model.area(name)) {
+            let area = &self.model.areas[area];
+            self.rename = Some(Rename::of_frame(&area.name, &area.note));
+            ui.ctx().request_repaint();
+        } else if let [card] = *chosen {
+            let card = &self.model.cards[card];
+            self.rename = Some(Rename::of_node(&card.name, &card.note));
+            ui.ctx().request_repaint();
+        }
+    }
+
     /// Pastes the nodes of a text, at the pointer if it is over the pane, or their parameters.
     fn paste(&mut self, ui: &Ui, session: &mut Session, action: Action, text: &str) {
         if action == Action::PasteParameters {
@@ -273,10 +302,9 @@ impl Canvas {
             return;
         }
         let Some(lens) = self.lens else { return };
-        let pointer = ui.ctx().pointer_latest_pos().filter(|at| lens.rect.contains(*at));
         self.pasted += 1;
         let shift = Vec2::splat(3.0 * place::STEP * self.pasted as f32);
-        let at = pointer.map(|at| place::on_grid(lens.to_graph(at)));
+        let at = pointer(ui, lens).map(|at| place::on_grid(lens.to_graph(at)));
         let pasted = clip::paste(session.document(), text, at, shift);
         self.add(ui, session, pasted);
     }
@@ -318,4 +346,9 @@ impl Canvas {
             Err(reason) => self.refuse(ui, reason),
         }
     }
+}
+
+/// The pointer, if it is over the pane.
+fn pointer(ui: &Ui, lens: Lens) -> Option<Pos2> {
+    ui.ctx().pointer_latest_pos().filter(|at| lens.rect.contains(*at))
 }
