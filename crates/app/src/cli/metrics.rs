@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use orograph_graph::{Field, Measure, Report, Series, Unit, plain};
-use orograph_nodes::{measure::compare::Kind, raster::Heights};
+use orograph_nodes::measure::compare::Kind;
 use serde_json::{Value, json};
 
 use super::sea::Sea;
@@ -57,8 +57,6 @@ pub struct Args {
 struct Measured<'a> {
     path: &'a Path,
     height: Field,
-    /// Where the file has data, if it has voids.
-    data: Option<Field>,
     report: Report,
 }
 
@@ -66,10 +64,9 @@ impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         let (registry, cancel) = (orograph_nodes::registry(), stop::on_interrupt()?);
         let measured = |path| -> Result<Measured<'_>, Failure> {
-            let Heights { field, data } = heightfile::read(path, &self.scale, "are left out")?;
-            let height = self.sea.around(field);
-            let report = measure::measure(&height, data.as_ref(), &registry, &cancel)?;
-            Ok(Measured { path, height, data, report })
+            let height = self.sea.around(heightfile::read(path, &self.scale, "are left out")?.with_voids());
+            let report = measure::measure(&height, &registry, &cancel)?;
+            Ok(Measured { path, height, report })
         };
         let field = measured(&self.file)?;
         let kind = self.against.as_deref().map(kind).transpose()?.flatten();
@@ -77,9 +74,8 @@ impl Args {
         let reference = file.map(measured).transpose()?;
         let distance = match (&reference, kind) {
             (Some(reference), _) => {
-                let known: Vec<&Field> = field.data.iter().chain(&reference.data).collect();
                 let (own, other) = ((&field.height, &field.report), (&reference.height, &reference.report));
-                Some(measure::distance(own, other, &known, &cancel)?)
+                Some(measure::distance(own, other, &cancel)?)
             }
             (None, Some(kind)) => {
                 let compared = measure::compare(&field.height, Against::Kind(kind), &cancel)?;

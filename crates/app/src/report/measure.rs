@@ -12,15 +12,15 @@ use serde::Serialize;
 
 use super::failure::Failure;
 
-/// Runs every measuring node that needs only a height, with its defaults, and joins the reports. `data` is 1 where the
-/// height is known; other cells are not measured.
+/// Runs every measuring node that needs only a height, with its defaults, and joins the reports. Cells without a height
+/// (NaN) are not measured, and water leaves there.
 ///
 /// # Errors
 /// When a node cannot measure the field, or it is cancelled.
-pub fn measure(height: &Field, data: Option<&Field>, registry: &Registry, cancel: &Cancel) -> Result<Report, Failure> {
+pub fn measure(height: &Field, registry: &Registry, cancel: &Cancel) -> Result<Report, Failure> {
     let mut joined = Report::default();
     for node in registry.nodes().iter().filter(|node| node.measures_height()) {
-        let Some(inputs) = inputs(node, height, data) else { continue };
+        let Some(inputs) = inputs(node, height) else { continue };
         let report = report(node, &ParamValues::defaults(&node.specs()), inputs, cancel)?;
         joined.measures.extend(report.measures);
         joined.series.extend(report.series);
@@ -86,8 +86,8 @@ fn report(node: &Node, params: &ParamValues, inputs: Vec<InputValue>, cancel: &C
     Ok(joined)
 }
 
-/// The height for every required input, and the mask of known cells. Returns None when another input is required too.
-fn inputs(node: &Node, height: &Field, data: Option<&Field>) -> Option<Vec<InputValue>> {
+/// The height for every required input. Returns None when another input is required too.
+fn inputs(node: &Node, height: &Field) -> Option<Vec<InputValue>> {
     let stand_in = |fallback| match fallback {
         Fallback::Required => None,
         Fallback::None => Some(InputValue::Absent),
@@ -96,7 +96,6 @@ fn inputs(node: &Node, height: &Field, data: Option<&Field>) -> Option<Vec<Input
     let value = InputValue::Value(Value::Field(height.clone()));
     let inputs = node.inputs.iter().map(|input| match (input.ty, input.fallback) {
         (PortType::Height | PortType::AnyScalar, Fallback::Required) => Some(value.clone()),
-        (PortType::Mask, Fallback::None) if data.is_some() => data.cloned().map(|data| InputValue::Value(data.into())),
         (_, fallback) => stand_in(fallback),
     });
     inputs.collect()
@@ -133,17 +132,11 @@ pub struct HeightDistance {
     pub largest_m: f64,
 }
 
-/// The difference of a field from a reference, from the measures of both. Heights are compared where all of `known`,
-/// masks over the same cells, are 1.
+/// The difference of a field from a reference, from the measures of both. Heights are compared where both are known.
 ///
 /// # Errors
 /// Those of [`compare()`].
-pub fn distance(
-    field: (&Field, &Report),
-    reference: (&Field, &Report),
-    known: &[&Field],
-    cancel: &Cancel,
-) -> Result<Distance, Failure> {
+pub fn distance(field: (&Field, &Report), reference: (&Field, &Report), cancel: &Cancel) -> Result<Distance, Failure> {
     let (a, b) = (field.1, reference.1);
     let measures = a.measures.iter().filter_map(|measure| {
         b.get(&measure.name).map(|other| Measure { value: measure.value - other, ..measure.clone() })
@@ -151,23 +144,20 @@ pub fn distance(
     Ok(Distance {
         measures: measures.collect(),
         compared: compare(field.0, Against::Field(reference.0), cancel)?,
-        heights: heights(field.0, reference.0, known),
+        heights: heights(field.0, reference.0),
     })
 }
 
-fn heights(field: &Field, reference: &Field, known: &[&Field]) -> Option<HeightDistance> {
+fn heights(field: &Field, reference: &Field) -> Option<HeightDistance> {
     let same_cells = field.window().cells == reference.window().cells;
     let same_size = (field.window().cell_m() / reference.window().cell_m() - 1.0).abs() < 1e-6;
     if !same_cells || !same_size {
         return None;
     }
     let (mut count, mut sum, mut squares, mut largest) = (0.0, 0.0, 0.0, 0f64);
-    for (at, (a, b)) in field.samples().iter().zip(reference.samples()).enumerate() {
-        if known.iter().any(|known| known.samples()[at] < 1.0) {
-            continue;
-        }
+    let differences = field.samples().iter().zip(reference.samples()).map(|(a, b)| f64::from(*a) - f64::from(*b));
+    for difference in differences.filter(|difference| !difference.is_nan()) {
         count += 1.0;
-        let difference = f64::from(*a) - f64::from(*b);
         sum += difference;
         squares += difference * difference;
         largest = largest.max(difference.abs());
@@ -193,7 +183,7 @@ mod tests {
             report
         };
         let cancel = Cancel::default();
-        let differ = |a: (&Field, &Report), b: (&Field, &Report)| distance(a, b, &[], &cancel).expect("a distance");
+        let differ = |a: (&Field, &Report), b: (&Field, &Report)| distance(a, b, &cancel).expect("a distance");
         let found = differ((&field(3.0), &report(5.0)), (&field(0.0), &report(2.0)));
         assert_eq!(found.measures[0].value, 3.0);
         assert_eq!(found.compared.get("slope_distance"), Some(0.0));

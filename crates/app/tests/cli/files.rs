@@ -59,10 +59,33 @@ fn pictures_of_graphs_and_of_height_files() {
     place.run(&["render", "g.ron", "-o", "no/map.png"]).ended(2, &["no/map.png"]);
     place.run(&["render", "g.ron", "-o", "map.png", "--output", "step"]).ended(1, &["did you mean `steep`?"]);
     place.run(&["render", dem, "-o", "map.png", "--cells", "8"]).ended(1, &["`--cells` is for graph files"]);
+    place
+        .run(&["render", dem, "-o", "map.png", "--window", "0,0,1 km x 1 km"])
+        .ended(1, &["`--window` is for graph files"]);
+    place.run(&["render", dem, "-o", "map.png", "--cache-trust"]).ended(1, &["`--cache-trust` is for graph files"]);
     place.run(&["render", "none.tif", "-o", "map.png"]).ended(1, &["none.tif"]);
     fs::write(place.path("raw.r16"), [0; 32]).unwrap();
     place.run(&["render", "raw.r16", "-o", "map.png", "--cell", "30"]).ended(1, &["--range"]);
     place.run(&["render", "raw.r16", "-o", "raw.png", "--cell", "30", "--range", "0,100"]).done();
+}
+
+/// Water leaves at voids: no basin is larger than the cells with data.
+#[test]
+fn rivers_do_not_run_through_voids() {
+    let place = Place::new();
+    let model = repository("tests/data/mandakini_basin_f32_nodata.tif");
+    let ran = place.run(&["metrics", model.to_str().expect("plain name"), "--json"]).done();
+    let value: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    let measures = value["measures"].as_array().expect("measures");
+    let of = |name: &str| {
+        let measure = measures.iter().find(|measure| measure["name"] == name).expect("measured");
+        measure["value"].as_f64().expect("a number")
+    };
+    let words = ran.err.split_whitespace().collect::<Vec<_>>();
+    let at = words.iter().position(|word| *word == "of").expect("the number of voids");
+    let [voids, cells] = [words[at - 1], words[at + 1]].map(|word| word.parse::<f64>().expect("a number"));
+    let known_m2 = (cells - voids) * of("cell_size") * of("cell_size");
+    assert!(of("basin.area") <= known_m2, "{} of {known_m2}", of("basin.area"));
 }
 
 #[cfg(feature = "editor")]

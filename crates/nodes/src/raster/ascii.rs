@@ -8,7 +8,7 @@
 use orograph_graph::memory::zeroed;
 
 use super::{
-    ASSUMED_DEGREES, Cell, GoOn, Problem, claimed_cells, looks_geographic,
+    ASSUMED_DEGREES, ASSUMED_METRES, Cell, GoOn, Problem, claimed_cells, is_on_globe, looks_geographic,
     reader::{Bytes, Each, Head, Reader, Rows, Source},
 };
 
@@ -220,6 +220,8 @@ impl Header {
         if looks_geographic(origin, [dx, dy], head.columns, head.rows) {
             head.cell = Some(Cell::Degrees([dx, dy]));
             head.notes.push(ASSUMED_DEGREES.to_owned());
+        } else if [west, south] != [0.0; 2] && is_on_globe(origin, [dx, dy], head.columns, head.rows) {
+            head.notes.push(ASSUMED_METRES.to_owned());
         }
     }
 }

@@ -71,6 +71,11 @@ impl Head {
     #[must_use]
     pub fn scale_remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
+        if let Some(Cell::Metres([dx, dy])) = self.cell
+            && (dx / dy - 1.0).abs() > 1e-6
+        {
+            remarks.push(format!("cells of {dx} x {dy} m are resampled to squares of {dy} m"));
+        }
         let (Some(cell), Ok(middle), Ok(Some(size))) = (self.cell, self.middle(), self.cell_m()) else {
             return remarks;
         };
@@ -144,6 +149,17 @@ pub struct Heights {
     pub field: Field,
     /// 1 where the raster has data and 0 in voids. None if there are no voids.
     pub data: Option<Field>,
+}
+
+impl Heights {
+    /// Returns the heights with NaN where the raster has no data.
+    #[must_use]
+    pub fn with_voids(self) -> Field {
+        let Some(data) = self.data else { return self.field };
+        let cells = self.field.samples().iter().zip(data.samples());
+        let samples = cells.map(|(&height, &data)| if data < 0.5 { f32::NAN } else { height });
+        Field::new(*self.field.window(), samples.collect())
+    }
 }
 
 /// Returns the raster as a heightfield over its own world, with its cells and cell size, and with voids filled.

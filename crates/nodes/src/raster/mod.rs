@@ -185,13 +185,22 @@ fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio:
 const ASSUMED_DEGREES: &str =
     "the file names no coordinate system; its coordinates are taken as longitude and latitude in degrees";
 
+/// The note on a file with larger cells that lies on the globe too.
+const ASSUMED_METRES: &str = "the file names no coordinate system; its coordinates are taken as metres, but could be degrees: \
+                              then put a .prj file beside it";
+
 /// Returns true if a grid of unknown reference system appears to be in longitude and latitude: its cells are at most a
 /// tenth of a degree, and all of it lies on the globe. A survey in metres with its origin at zero and a width of a few
 /// dozen metres looks the same; in that case, set the cell size in the graph.
 fn looks_geographic(origin: [f64; 2], cell: [f64; 2], columns: usize, rows: usize) -> bool {
+    cell[0] <= 0.1 && cell[1] <= 0.1 && is_on_globe(origin, cell, columns, rows)
+}
+
+/// Returns true if all of a grid would lie on the globe if its coordinates were longitude and latitude.
+fn is_on_globe(origin: [f64; 2], cell: [f64; 2], columns: usize, rows: usize) -> bool {
     let east = origin[0] + cell[0] * columns as f64;
     let south = origin[1] - cell[1] * rows as f64;
-    cell[0] <= 0.1 && cell[1] <= 0.1 && origin[0] >= -180.0 && east <= 360.0 && origin[1] <= 90.0 && south >= -90.0
+    origin[0] >= -180.0 && east <= 360.0 && origin[1] <= 90.0 && south >= -90.0
 }
 
 #[cfg(test)]

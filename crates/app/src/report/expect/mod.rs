@@ -102,7 +102,7 @@ impl Checked {
             let cell = metres(cell_m);
             format!("expected on cells of {}, but those of the world are {cell}: misses do not count", metres(asked))
         };
-        let report = measure(&gathered.finish(), None, registry, cancel)?;
+        let report = measure(&gathered.finish(), registry, cancel)?;
         let figure = |expectation: &Expectation| {
             let value = report.get(expectation.measure.name).unwrap_or(f64::NAN);
             let name = expectation.measure.name;
