@@ -2,10 +2,16 @@
 
 use std::path::PathBuf;
 
+use orograph_graph::{OutputDecl, PortType};
+use orograph_nodes::raster::Format;
+
 use crate::{
     build::request::{Changes, Means, Request},
     export::outputs::OutputOptions,
-    report::failure::Failure,
+    report::{
+        failure::Failure,
+        terminal::{self, Page},
+    },
 };
 
 /// What to build, and how.
@@ -32,8 +38,16 @@ impl BuildArgs {
     /// Makes the request and prints the problems of the file; `warnings` decides whether warnings are printed too.
     ///
     /// # Errors
-    /// As [`Request::new`], and when there is nothing to build.
+    /// As [`Request::new`], when there is nothing to build, and when an option has no effect.
     pub fn request(&self, warnings: bool) -> Result<Request, Failure> {
+        let OutputOptions { dither, engine, format, .. } = self.options;
+        if dither && engine.is_none() && format.largest_code().is_none() {
+            return Err(Failure::wrong(format!(
+                "`--dither` has no effect: `{}` stores numbers without rounding",
+                format.name()
+            ))
+            .hint("choose png16, png8 or r16 with `--format`, or an `--engine`"));
+        }
         let request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), warnings)?;
         let request = request.only(&self.only)?;
         if request.outputs.is_empty() {
@@ -42,6 +56,15 @@ impl BuildArgs {
                 self.file.display()
             ))
             .hint("add one, such as `outputs: { \"height\": \"NODE\" }`"));
+        }
+        let is_coarse = |output: &&OutputDecl| output.ty == PortType::Height && self.options.has_format(output.ty);
+        if let Some(height) = request.outputs.iter().find(is_coarse).filter(|_| warnings && format == Format::Png8) {
+            let warning = Page::stderr().doubtful("warning:");
+            terminal::remark(&format!(
+                "{warning} png8 has 256 levels, which is too few for the height `{}`: build heights with `--format png16` \
+                 and masks with png8, in two runs with `--only`\n",
+                height.name
+            ));
         }
         Ok(request)
     }

@@ -112,7 +112,8 @@ impl Job<'_> {
     fn plan(&self, axes: Vec<Axis>) -> Result<Plan, Failure> {
         let outputs = self.request.outputs.clone();
         for output in outputs.iter().filter(|output| !holds(output.ty)) {
-            let what = format!("`{}` is a {}, which a cube does not hold; it is left out", output.name, output.ty);
+            let what =
+                format!("`{}` has the type {}, which a cube cannot contain; it is left out", output.name, output.ty);
             terminal::remark(&format!("{} {what}\n", Page::stderr().doubtful("warning:")));
         }
         if !outputs.iter().any(|output| holds(output.ty)) {

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use orograph_graph::{Boundary, Document, Edge, GeoPlace, Unit, World, format_source};
-use orograph_nodes::raster::{self, Problem, Reader};
+use orograph_nodes::raster::{self, Cell, Head, Problem, Reader};
 
 use crate::{
+    files::heightfile::Scale,
     report::{
         failure::{Exit, Failure, reason, remedy},
         problems,
@@ -28,27 +29,37 @@ pub struct Args {
     #[arg(value_name = "HEIGHT", required = true)]
     files: Vec<PathBuf>,
     /// Graph file to write, which must not exist
-    #[arg(short, long, value_name = "GRAPH.ron")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "GRAPH.ron", alias = "output")]
+    out: PathBuf,
+    #[command(flatten)]
+    scale: Scale,
 }
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         let wrong = |what: String, hint: String| Err(Failure::wrong(what).hint(hint));
-        if self.output.symlink_metadata().is_ok() {
-            let what = format!("there is a file `{}` already", self.output.display());
+        if self.out.symlink_metadata().is_ok() {
+            let what = format!("there is a file `{}` already", self.out.display());
             return wrong(what, "name another one with `-o`".to_owned());
         }
         let file = self.file()?;
-        let head = match Reader::open(&file) {
+        let mut head = match Reader::open(&file) {
             Ok(reader) => reader.head,
             Err(error) => return wrong(error.to_string(), error.remedy().to_owned()),
         };
+        if let Some(cell_m) = self.scale.cell {
+            head = Head { cell: Some(Cell::Metres([cell_m; 2])), origin: None, epsg: None, notes: Vec::new(), ..head };
+        }
+        let has_codes = head.coding.is_some_and(|coding| coding.range.is_none());
+        if has_codes && self.scale.range.is_none() {
+            let what = format!("`{}` has integer codes without a height range", file.display());
+            return wrong(what, "add the range: `--range 0,2500`".to_owned());
+        }
         let extent = match raster::extent(&head) {
             Ok(extent) => extent,
             Err(Problem::NoCellSize) => {
                 let what = format!("`{}` does not state its cell size", file.display());
-                return wrong(what, "write the graph by hand, with `cell` in `Import`".to_owned());
+                return wrong(what, "add it in metres: `--cell 30`".to_owned());
             }
             Err(problem) => return wrong(format!("`{}`: {problem}", file.display()), problem.remedy().to_owned()),
         };
@@ -61,21 +72,20 @@ impl Args {
         if let Err(error) = world.check() {
             return wrong(format!("`{}`: {error}", file.display()), "cut out a part of it first".to_owned());
         }
-        let document = Document::parse_at(self.graph(&file, &world)?, &self.output, &orograph_nodes::registry());
+        let document = Document::parse_at(self.graph(&file, &world)?, &self.out, &orograph_nodes::registry());
         if document.has_errors() {
-            terminal::remark(&problems::report_all(&document, &self.output, Page::stderr()));
+            terminal::remark(&problems::report_all(&document, &self.out, Page::stderr()));
             return Err(Failure::silent(Exit::Wrong));
         }
-        document.save(&self.output).map_err(|error| {
-            Failure::unable(format!("cannot write `{}`: {}", self.output.display(), reason(&error)))
-                .hint(remedy(&error))
+        document.save(&self.out).map_err(|error| {
+            Failure::unable(format!("cannot write `{}`: {}", self.out.display(), reason(&error))).hint(remedy(&error))
         })?;
         let place = match world.place {
             Some(place) => format!("in EPSG:{}", place.epsg),
             None => "without a place on Earth".to_owned(),
         };
         let [nx, ny] = world.cells;
-        let name = Page::stdout().name(&self.output.display().to_string());
+        let name = Page::stdout().name(&self.out.display().to_string());
         let cell = Unit::Metres.display(world.cell_m());
         terminal::print(&format!("wrote {name}: {nx} x {ny} cells of {cell}, {place}\n"))
     }
@@ -85,7 +95,10 @@ impl Args {
         if let [file] = &self.files[..] {
             return Ok(file.clone());
         }
-        let joined = self.output.with_extension("tif");
+        if let Some(option) = self.scale.given() {
+            return Err(Failure::wrong(format!("`{option}` is for a single elevation model")));
+        }
+        let joined = self.out.with_extension("tif");
         if joined.symlink_metadata().is_ok() {
             let what = format!("there is a file `{}` already, where the joined model would be", joined.display());
             return Err(Failure::wrong(what).hint("name another graph with `-o`"));
@@ -114,11 +127,14 @@ impl Args {
             }
             None => (String::new(), ""),
         };
+        let Scale { cell, range } = self.scale;
+        let cell = cell.map_or_else(String::new, |cell_m| format!(", cell: {cell_m}"));
+        let range = range.map_or_else(String::new, |[low, high]| format!(", range: ({low}, {high})"));
         let version = orograph_nodes::import::import::NODE.version;
-        let name = serde_json::json!(beside(file, &self.output));
+        let name = serde_json::json!(beside(file, &self.out));
         let text = format!(
             "// Made by `orograph new` from an elevation model.\n(format: 1, world: (size: ({width}, {height}), cells: \
-             ({nx}, {ny}), boundary: inland{place}), nodes: {{ \"land\": Import(version: {version}, file: {name}{placement}) }}, outputs: \
+             ({nx}, {ny}), boundary: inland{place}), nodes: {{ \"land\": Import(version: {version}, file: {name}{placement}{cell}{range}) }}, outputs: \
              {{ \"height\": \"land\" }})\n"
         );
         let unsound = || Failure::wrong(format!("the name `{}` cannot be written into a graph", file.display()));

@@ -67,12 +67,12 @@ pub struct Args {
     #[command(flatten)]
     scale: Scale,
     #[command(flatten)]
-    perspective: Perspective,
-    #[command(flatten)]
     sea: Sea,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
+    #[command(flatten)]
+    perspective: Perspective,
 }
 
 impl Args {
@@ -116,10 +116,12 @@ impl Args {
         let option = [
             ("--output", self.output.is_some()),
             ("--cells", changes.cells.is_some()),
+            ("--window", changes.window.is_some()),
             ("--seed", changes.seed.is_some()),
             ("--set", !changes.set.is_empty()),
             ("--cache", self.means.storage.cache.is_some()),
             ("--no-cache", self.means.storage.no_cache),
+            ("--cache-trust", self.means.storage.cache_trust),
             ("--threads", self.means.threads.is_some()),
             ("--backend", self.means.backend != BackendName::Auto),
             ("--colour", self.perspective.colour.is_some()),
@@ -149,7 +151,7 @@ impl Args {
         if self.view == View::Perspective {
             if output.ty != PortType::Height {
                 return Err(Failure::wrong(format!(
-                    "`{}` is a {}, and `--view 3d` shows heights",
+                    "`{}` has the type {}, but `--view 3d` shows heights",
                     output.name, output.ty
                 ))
                 .hint("name a height with `--output`; set the colours of the terrain with `--colour`"));
@@ -165,7 +167,7 @@ impl Args {
         let (values, _) = values?;
         let mut fields = values.iter().map(Value::as_field);
         let Some(Some(field)) = fields.next() else {
-            return Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty)));
+            return Err(Failure::wrong(format!("`{}` has the type {}, which cannot be drawn", output.name, output.ty)));
         };
         let field = self.sea.around(field.clone());
         match self.view {
@@ -193,7 +195,10 @@ impl Args {
             let output = chosen(&self.file, outputs, Some(name))?;
             let fits = if option == "--colour" { output.ty == PortType::Colour } else { is_depth(output.ty) };
             if !fits {
-                return Err(Failure::wrong(format!("`{option}` takes {what}, and `{name}` is a {}", output.ty)));
+                return Err(Failure::wrong(format!(
+                    "`{option}` takes {what}, but `{name}` has the type {}",
+                    output.ty
+                )));
             }
             worn.push(output.clone());
         }

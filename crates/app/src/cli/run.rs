@@ -94,7 +94,10 @@ impl Args {
             return self.run_sweep(&request, &*progress);
         }
         // A single run needs no result twice, so memory caches nothing.
-        let begin = || Ok((Builder::new(&self.args.means, 0)?, stop::on_interrupt()?));
+        let begin = || {
+            sweep::check_template(&[], &self.args.out)?;
+            Ok((Builder::new(&self.args.means, 0)?, stop::on_interrupt()?))
+        };
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
         let built = builder.build(&request, &self.args.out, &self.args.options, &cancel, &*progress)?;
         self.tell(&request, &built)?;

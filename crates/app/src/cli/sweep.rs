@@ -197,9 +197,24 @@ pub fn variants(
     Ok(variants)
 }
 
-/// Refuses a folder that several terrains would share, and a folder with unknown names in braces.
-fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
+/// Refuses a folder with unknown names in braces, and a folder that several terrains would share.
+///
+/// # Errors
+/// When the folder is refused.
+pub(super) fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
     let text = template.to_string_lossy();
+    let mut rest = &*text;
+    while let Some((name, after)) = rest.split_once('{').and_then(|(_, after)| after.split_once('}')) {
+        if !sweeps.iter().any(|sweep| sweep.place == name) {
+            let known: Vec<String> = sweeps.iter().map(|sweep| format!("`{{{}}}`", sweep.place)).collect();
+            let failure = Failure::wrong(format!("`{{{name}}}` in `{text}` is not the name of a sweep"));
+            return Err(match &known[..] {
+                [] => failure.hint(format!("add `--sweep {name}=VALUES`, or choose a folder without braces")),
+                known => failure.hint(format!("the sweeps are {}", known.join(", "))),
+            });
+        }
+        rest = after;
+    }
     let missing = sweeps.iter().find(|sweep| sweep.values.len() > 1 && !text.contains(&format!("{{{}}}", sweep.place)));
     if let Some(sweep) = missing {
         let mut all = text.trim_end_matches('/').to_owned();
@@ -212,16 +227,6 @@ fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
             sweep.place
         ))
         .hint(format!("name the folder by the value: `-o \"{all}\"`")));
-    }
-    let mut rest = &*text;
-    while let Some(open) = rest.find('{') {
-        let name = rest[open + 1..].split('}').next().unwrap_or_default();
-        if !sweeps.iter().any(|sweep| sweep.place == name) {
-            let known: Vec<String> = sweeps.iter().map(|sweep| format!("`{{{}}}`", sweep.place)).collect();
-            return Err(Failure::wrong(format!("`{{{name}}}` in `{text}` is not the name of a sweep"))
-                .hint(format!("the sweeps are {}", known.join(", "))));
-        }
-        rest = &rest[open + 1..];
     }
     Ok(())
 }

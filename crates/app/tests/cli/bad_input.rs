@@ -33,7 +33,7 @@ fn six_errors_are_six_problems() {
         "far": Constant(value: 1e12),
         "steep": Slope(height: "nowhere"),
         "high": Constant(value: 3),
-        "light": Hillshade(height: "far", azimuth: "2 km"),
+        "light": Hillshade(version: 3, height: "far", azimuth: "2 km"),
     },
     outputs: { "steep": "steep" },
 )
@@ -104,6 +104,8 @@ fn invalid_requests() {
         (vec!["--set", "plain.value=2 yr"], "yr"),
         (vec!["--backend", "cuda"], "possible values: auto, cpu, gpu"),
         (vec!["--colour"], "--colour"),
+        (vec!["--dither"], "`--dither` has no effect"),
+        (vec!["--set", "plain.value=3", "--set", "plain.value=4"], "`plain.value` is set twice"),
     ] {
         place.run(&[&["run", "g.ron"], &args[..]].concat()).ended(1, &[said]);
     }

@@ -22,6 +22,22 @@ fn written_files_have_their_hash() {
     }
 }
 
+/// Each key of the lines of a run is in the text of `run --help`.
+#[test]
+fn the_help_lists_every_key_of_a_line() {
+    let place = Place::new();
+    place.write("g.ron", &SMALL.replace("    outputs:", "    expect: { \"relief\": (0, 1) },\n    outputs:"));
+    let help = place.run(&["run", "--help"]).done().out;
+    for line in json_lines(&place.run(&["run", "g.ron", "--json", "--cells", "16"]).done().out) {
+        let event = line["event"].as_str().expect("an event");
+        let (_, after) = help.split_once(&format!("{{\"event\":\"{event}\"")).expect("described");
+        let described = after.split("{\"event\"").next().unwrap_or_default();
+        for key in line.as_object().expect("an object").keys().filter(|key| *key != "event") {
+            assert!(described.contains(&format!("\"{key}\":")), "{event}: {key}");
+        }
+    }
+}
+
 #[test]
 fn problems_of_a_file_come_one_per_line() {
     let place = Place::new();

@@ -35,6 +35,22 @@ fn a_real_place_leaves_as_it_came() {
     place.run(&["new", "none.tif", "-o", "h.ron"]).ended(1, &["no such file"]);
 }
 
+/// A bare heightmap has neither a cell size nor a range of heights.
+#[test]
+fn a_bare_heightmap_gets_its_scale_from_the_command_line() {
+    let place = Place::new();
+    std::fs::copy(repository("tests/data/glencoe_48x64_u16.png"), place.path("bare.png")).expect("copied");
+    place.run(&["new", "bare.png", "-o", "g.ron"]).ended(1, &["integer codes", "--range"]);
+    place.run(&["new", "bare.png", "-o", "g.ron", "--range", "0,1200"]).ended(1, &["cell size", "--cell 30"]);
+    let said = place.run(&["new", "bare.png", "-o", "g.ron", "--range", "0,1200", "--cell", "30"]).done().out;
+    assert!(said.contains("cells of 30 m, without a place on Earth"), "{said}");
+    assert!(place.read("g.ron").contains("cell: 30, range: (0, 1200)"), "{}", place.read("g.ron"));
+    let ran = place.run(&["run", "g.ron", "-o", "out", "--format", "png8"]).done();
+    assert!(ran.err.contains("png8 has 256 levels"), "{}", ran.err);
+    let both = ["new", "bare.png", "bare.png", "-o", "h.ron", "--cell", "30"];
+    place.run(&both).ended(1, &["`--cell` is for a single elevation model"]);
+}
+
 #[test]
 fn a_file_in_degrees_gets_a_place_in_metres() {
     let place = Place::new();

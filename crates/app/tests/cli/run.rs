@@ -198,7 +198,7 @@ fn rivers_are_written_as_geojson_also_from_the_cache() {
     assert_eq!(place.read("again/rivers.geojson"), text);
     place
         .run(&["render", "g.ron", "-o", "picture.png", "--output", "rivers"])
-        .ended(1, &["lines, which has no picture"]);
+        .ended(1, &["the type lines, which cannot be drawn"]);
 }
 
 #[test]

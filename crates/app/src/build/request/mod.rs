@@ -175,6 +175,11 @@ impl Request {
     }
 
     fn of(mut document: Document, path: &Path, changes: &Changes, source: Arc<Source>) -> Result<Self, Failure> {
+        for (at, Setting { place, .. }) in changes.set.iter().enumerate() {
+            if changes.set[..at].iter().any(|other| other.place == *place) {
+                return Err(Failure::wrong(format!("`{place}` is set twice")).hint("remove one of the `--set` options"));
+            }
+        }
         changes.set.iter().try_for_each(|setting| setting.apply(&mut document, "--set"))?;
         let read = document.files();
         let folders: BTreeSet<&Path> = read.iter().filter_map(|file| file.parent()).collect();
@@ -299,11 +304,12 @@ fn with_cells(world: World, cells: Cells) -> Result<World, Failure> {
                         .filter_map(|step| u32::try_from(asked + way * step).ok())
                         .find(|longer| *longer > 0 && on_longer(*longer).check().is_ok())
                 };
-                let near: Vec<String> = [near(-1), near(1)]
+                let mut near: Vec<String> = [near(-1), near(1)]
                     .into_iter()
                     .flatten()
                     .map(|longer| on_longer(longer).cells.map(|cells| cells.to_string()).join("x"))
                     .collect();
+                near.dedup();
                 if near.is_empty() { failure } else { failure.hint(format!("near and square: {}", near.join(", "))) }
             }
             _ => failure,

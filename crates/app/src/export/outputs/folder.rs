@@ -340,7 +340,7 @@ fn check_type(output: &OutputDecl) -> Result<(), Failure> {
     if output.ty.is_writable() {
         return Ok(());
     }
-    Err(Failure::wrong(format!("`{}` is a {}, which cannot be written to a file", output.name, output.ty)))
+    Err(Failure::wrong(format!("`{}` has the type {}, which cannot be written to a file", output.name, output.ty)))
 }
 
 /// The missing folders on the path, outermost first.

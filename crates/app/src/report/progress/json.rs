@@ -22,7 +22,8 @@ pub const HELP: &str = r#"With --json, standard output has one JSON object per l
   {"event":"warning","node":NAME,"message":TEXT}
   {"event":"output","name":NAME,"file":PATH,"hash":HASH,"type":TYPE,"bytes":B,"range":[LO,HI]|null,"unit":U,
    "import":{NAME:VALUE,...}|null}
-  {"event":"expectation","measure":NAME,"value":V|null,"unit":U,"bounds":[LO|null,HI|null],"met":true|false,"reason":TEXT|null}
+  {"event":"expectation","measure":NAME,"value":V|null,"unit":U,"bounds":[LO|null,HI|null],"met":true|false,
+   "counts":true|false,"reason":TEXT|null}
   {"event":"done","seconds":T,"files":N}
   {"event":"problem","file":PATH,"line":L,"column":C,"severity":"error"|"warning","code":CODE,"message":TEXT,"help":TEXT|null}
   {"event":"error","exit":N,"code":CODE,"message":TEXT,"help":TEXT|null} and, if a node failed, "node","file","line","column"
