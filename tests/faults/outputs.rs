@@ -26,7 +26,7 @@ type Files = BTreeMap<String, Vec<u8>>;
 /// A height whose JSON file states the range of its codes, and a picture that has a JSON file only in a window.
 const GRAPH: &str = r#"(
     world: (size: 1600, cells: 16),
-    nodes: { "land": Perlin(wavelength: 400), "relief": Hillshade(height: "land") },
+    nodes: { "land": Perlin(wavelength: 400), "relief": Hillshade(version: 3, height: "land") },
     outputs: { "height": "land", "relief": "relief.colour" },
 )"#;
 

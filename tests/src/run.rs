@@ -66,7 +66,7 @@ fn registry() -> Registry {
 const PICTURE_LAND: &str = r#"
     "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
     "rise": Uplift(radius: "9 km", rate: "1.2 mm/yr"),
-    "base": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
+    "base": StreamPower(version: 1, height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
     "other": Perlin(wavelength: "5 km", amplitude: "900 m"),
     "patches": Perlin(wavelength: "4 km", amplitude: "1 m", seed: 3),
     "mask": Select(value: "patches", from: 0.05, falloff: 0.1),
@@ -130,7 +130,7 @@ const SUBJECTS: [Subject; 4] = [
         land: r#"
             "hills": Ridged(wavelength: "1.6 km", octaves: 9, amplitude: "900 m", seed: 5),
             "bare":  Constant(value: 0),
-            "base":  Thermal(height: "hills", debris: "bare", rock: 62, tolerance: 0.05),
+            "base":  Thermal(version: 1, height: "hills", debris: "bare", rock: 62, tolerance: 0.05),
         "#,
     },
     // a hill of soft ground
@@ -172,7 +172,7 @@ const SUBJECTS: [Subject; 4] = [
         land: r#"
             "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
             "rise":  Uplift(radius: "9 km", rate: "1.2 mm/yr"),
-            "range": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
+            "range": StreamPower(version: 1, height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
             "base":  Blur(value: "range", radius: 450),
         "#,
     },
@@ -208,7 +208,7 @@ fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
                 "strata": Stratify(height: "base", dip: 5),
                 "path": Path(width: 200),
                 "tint": Ramp(value: "base", high: 2000),
-                "relief": Hillshade(height: "base"),
+                "relief": Hillshade(version: 1, height: "base"),
                 "node": {},
             }},
             outputs: {{ "node": "node" }},

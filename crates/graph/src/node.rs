@@ -30,7 +30,7 @@ pub struct Node {
     pub version: u32,
     /// The steps from older versions, in order.
     pub migrations: &'static [Migration],
-    /// Category in the palette, such as `noise`.
+    /// Category in the palette, such as `generate`.
     pub category: &'static str,
     /// A one-sentence description.
     pub summary: &'static str,
@@ -83,9 +83,10 @@ pub struct Node {
 /// cells passes only the levels that no run before it has passed.
 #[derive(Clone, Copy, Debug)]
 pub struct Levels {
-    /// What a run on a world goes on from. `None` for a run that begins by itself. A function of the parameters and the
-    /// world; [`Below::State`] must have fewer cells, and [`Below::Results`] more. Where it is [`Below::Results`], a run
-    /// for the state alone begins by itself, so that the results there may be those of a level that goes on from it.
+    /// The level that a run continues from; `None` if it starts from scratch. A function of the parameters and the
+    /// world; [`Below::State`] must have fewer cells, and [`Below::Results`] more. With [`Below::Results`], the results
+    /// are averaged from the finer level. A run that only has to produce the state then starts from scratch, because the
+    /// finer level in turn continues from that state.
     pub below: fn(&ParamValues, &World) -> Option<Below>,
     /// About the size in bytes of the state for a finer level, for the estimate before a run. 0 on cells on which no
     /// finer level goes on.

@@ -48,7 +48,7 @@ const SMALL: &str = r#"// A plain and its shade.
     world: (size: (3200, 1600), cells: (32, 16), seed: 7),
     nodes: {
         "plain": Constant(value: 700), // metres
-        "relief": Hillshade(height: "plain"),
+        "relief": Hillshade(version: 3, height: "plain"),
         "steep": Slope(height: "plain"),
     },
     outputs: { "height": "plain", "picture": "relief.colour", "steep": "steep" },

@@ -443,12 +443,27 @@ fn problems_outside_nodes_are_found() {
     assert_eq!((read.size, read.cells, read.boundary.west.name()), ([16e3, 8e3], [1000, 500], "wall"));
 }
 
+/// Whoever writes a node by hand expects the defaults of the manual.
+#[test]
+fn a_node_without_a_version_has_a_warning_if_its_first_version_differs() {
+    let document = parse(
+        r#"(nodes: {
+        "base": Ridged,
+        "old": Thermal(height: "base"),
+        "first": Thermal(version: 1, height: "base"),
+    }, outputs: { "o": "old" })"#,
+    );
+    let [problem] = document.problems() else { panic!("{:?}", document.problems()) };
+    assert!(!document.has_errors() && problem.message.starts_with("`old` has no `version`"), "{problem:?}");
+    assert!(problem.hint.as_ref().is_some_and(|hint| hint.contains("`Thermal(version: 3, …)`")), "{problem:?}");
+}
+
 #[test]
 fn older_versions_of_nodes_are_migrated() {
     let document = parse(
         r#"(nodes: {
         "base": Ridged,
-        "one": Thermal(height: "base", angle: 30, share: 20, gpu: true),
+        "one": Thermal(version: 1, height: "base", angle: 30, share: 20, gpu: true),
         "two": Thermal(version: 2, height: "base", talus: 30),
     }, outputs: { "o": "one" })"#,
     );

@@ -96,11 +96,11 @@ struct Wired {
     fault: Option<EvalError>,
 }
 
-/// A level of a node. Where its results come from finer cells, its state is that of a step of its own.
+/// A level of a node. If its results are averaged from finer cells, another step produces its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Level {
     pub(super) world: World,
-    /// True for the step that gives such a state.
+    /// True for that other step.
     pub(super) is_state: bool,
 }
 

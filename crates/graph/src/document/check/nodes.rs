@@ -148,6 +148,10 @@ impl Checker<'_> {
     }
 
     fn known_version(&mut self, node: &Node, entry: &NodeEntry, body: Option<&Group>) -> Option<u32> {
+        let differs = node.migrations.iter().any(|migration| !migration.steps.is_empty());
+        if differs && body.is_none_or(|group| group.get("version").is_none()) {
+            self.warn_of_first_version(node, entry);
+        }
         let Some(group) = body else { return Some(1) };
         let version = args::version(group, self.source);
         if version.is_some_and(|version| version <= node.version) {
@@ -170,6 +174,16 @@ impl Checker<'_> {
             self.problems.push(Diagnostic::error("version", span, message).hint(hint));
         }
         None
+    }
+
+    /// Warns that a node without a version has the defaults of the first one, and not those of the manual.
+    fn warn_of_first_version(&mut self, node: &Node, entry: &NodeEntry) {
+        let (name, id, newest) = (&entry.name, node.id, node.version);
+        let message =
+            format!("`{name}` has no `version`, which means version 1 of `{id}`, with other defaults than today");
+        let hint =
+            format!("write `{id}(version: {newest}, …)` for the present defaults, or `version: 1` to keep the first");
+        self.problems.push(Diagnostic::warning("no-version", entry.kind_span.clone(), message).hint(hint));
     }
 
     /// A use of a graph file: a node with the ports and parameters that the file declares, or a placeholder if the file

@@ -17,7 +17,7 @@ const OUTER: &str = r#"(
         // hard granite
         "rivers": StreamPower(height: "base"), // cut
         "late": Thermal(version: 3, height: "rivers", talus: "rough.slope"),
-        "scree": Thermal(height: "late", talus: "rough.slope", passes: 9),
+        "scree": Thermal(version: 1, height: "late", talus: "rough.slope", passes: 9),
         "other": StreamPower(height: "base"),
         "end": Thermal(version: 3, height: "scree", talus: 30),
     },
@@ -84,7 +84,7 @@ fn a_selection_becomes_a_file_with_the_wires_that_cross_its_border() {
         // hard granite
         "rivers": StreamPower(), // cut
         "late":   Thermal(version: 3, height: "rivers"),
-        "scree":  Thermal(height: "late", passes: 9, version: 3),
+        "scree":  Thermal(version: 3, height: "late", passes: 9),
     },
     layout: { "rivers": (240, 80), "late": (480, 80) },
     notes: { "late": "A guess." },

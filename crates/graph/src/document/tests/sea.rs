@@ -56,17 +56,17 @@ fn invalid_sea_levels_are_refused() {
 #[test]
 fn the_sea_of_an_older_node_becomes_the_worlds() {
     let coast = r#""a": Coast(height: "base", "#;
-    assert_eq!(sea("", &format!("{coast}water: \"50 m\")")), Some(50.0));
+    assert_eq!(sea("", &format!("{coast}version: 1, water: \"50 m\")")), Some(50.0));
     assert_eq!(sea("", &format!("{coast}version: 2, sea_level: -3)")), Some(-3.0));
     assert_eq!(sea("", &format!("{coast}version: 2, sea_level: -12000)")), None, "its word for no sea");
     assert_eq!(sea("", &format!("{coast}version: 2)")), None);
     // nodes that agree with each other and with the world
-    let two = format!(r#"{coast}version: 2, sea_level: 50), "b": Coast(height: "a", water: 50)"#);
+    let two = format!(r#"{coast}version: 2, sea_level: 50), "b": Coast(version: 1, height: "a", water: 50)"#);
     assert_eq!(sea("", &two), Some(50.0));
     assert_eq!(sea("world: (sea_level: \"0.05 km\"), ", &two), Some(50.0));
     // a node without its own level takes the world's
     assert_eq!(sea("world: (sea_level: 7), ", &format!("{coast}version: 3)")), Some(7.0));
-    assert_eq!(sea("world: (sea_level: 7), ", &format!("{coast}slope: 0.2)")), Some(7.0));
+    assert_eq!(sea("world: (sea_level: 7), ", &format!("{coast}version: 1, slope: 0.2)")), Some(7.0));
 }
 
 #[test]
@@ -74,19 +74,25 @@ fn seas_that_disagree_are_reported() {
     let coast = |name: &str, text: &str| format!(r#""{name}": Coast(height: "base", {text}), "#);
     let told = |world: &str, texts: [&str; 2]| problem(&file(world, &(coast("a", texts[0]) + &coast("b", texts[1]))));
     assert_eq!(
-        told("", ["water: 50", "water: 60"]),
+        told("", ["version: 1, water: 50", "version: 1, water: 60"]),
         "`a` has a sea at 50 m and `b` has a sea at 60 m, but a world has one sea; write its level into `world` as \
          `sea_level`, and remove it from the nodes"
     );
-    assert!(told("", ["slope: 0.2", "water: 60"]).starts_with("`b` has a sea at 60 m and `a` has no sea, but"));
-    assert!(told("", ["version: 3", "water: 60"]).contains("`a` has no sea"), "written for a world without one");
+    assert!(
+        told("", ["version: 1, slope: 0.2", "version: 1, water: 60"])
+            .starts_with("`b` has a sea at 60 m and `a` has no sea, but")
+    );
+    assert!(
+        told("", ["version: 3", "version: 1, water: 60"]).contains("`a` has no sea"),
+        "written for a world without one"
+    );
     assert_eq!(
-        told("world: (sea_level: 0), ", ["slope: 0.2", "water: 60"]),
+        told("world: (sea_level: 0), ", ["version: 1, slope: 0.2", "version: 1, water: 60"]),
         "`b` has a sea at 60 m, but the world's `sea_level` is a sea at 0 m; remove it from the node; a world has one sea"
     );
     // the world's own mistake is reported once
-    assert!(told("world: (sea_level: NaN), ", ["water: 50", "water: 60"]).contains("NaN"));
-    let bad = file("", r#""a": Coast(height: "base", water: "deep")"#);
+    assert!(told("world: (sea_level: NaN), ", ["version: 1, water: 50", "version: 1, water: 60"]).contains("NaN"));
+    let bad = file("", r#""a": Coast(version: 1, height: "base", water: "deep")"#);
     assert!(problem(&bad).contains("`a.sea_level` cannot be read"), "{}", problem(&bad));
     let gone = file("", r#""a": Coast(height: "base", version: 3, sea_level: 5)"#);
     assert!(problem(&gone).ends_with("the sea belongs to the world: write `world: (sea_level: \"0 m\")`"));
@@ -127,13 +133,13 @@ fn a_file_that_is_used_brings_the_sea_of_its_older_nodes() {
 #[test]
 fn an_edit_moves_the_sea_of_a_node_to_the_world() {
     let source = r#"(world: (seed: 7), nodes: { "base": Ridged, "a": Coast(height: "base", water: "50 m" /* kept */),
-        "b": Coast(height: "a", water: 50) }, outputs: { "o": "b" })"#;
+        "b": Coast(version: 1, height: "a", water: 50) }, outputs: { "o": "b" })"#;
     let slope = Edit::SetText { node: "a".into(), name: "slope".into(), text: "0.2".into() };
     let mut document = parse(source);
     document.apply(&slope).expect("applied");
     assert_eq!(document.world(), World { seed: 7, sea_level: Some(50.0), ..World::default() });
     assert!(document.source().contains(r#"world: (seed: 7, sea_level: "50 m")"#), "{}", document.source());
-    assert!(document.source().contains(r#""b": Coast(height: "a", water: 50)"#), "{}", document.source());
+    assert!(document.source().contains(r#""b": Coast(version: 1, height: "a", water: 50)"#), "{}", document.source());
     document.undo();
     assert_eq!(document.source(), source);
 
