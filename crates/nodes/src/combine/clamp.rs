@@ -1,5 +1,7 @@
 //! Clamps values between two limits, with soft knees.
 
+use orograph_graph::memory::copied;
+
 use super::combine::rounding;
 use crate::{
     numerics::{
@@ -69,7 +71,7 @@ static GPU: GpuKernel = GpuKernel {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, low, high, mask } = Inputs::read(job)?;
     let knee = Params::read(job.params).knee as f32;
-    let mut out = value.samples().to_vec();
+    let mut out = copied(value.samples())?;
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_low, mut spare_high, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
         let low = samples(low, first, cells.len(), &mut spare_low);

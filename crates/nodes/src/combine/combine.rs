@@ -4,6 +4,8 @@
 //! − b|, 0)² / 4r`, which is exactly a or b where they differ by the radius r or more. Screen and overlay are those
 //! of image compositing (World Wide Web Consortium, 2015, "Compositing and Blending Level 1").
 
+use orograph_graph::memory::copied;
+
 use crate::{
     numerics::{
         cells::{BLOCK, blocks, masked, samples},
@@ -55,7 +57,7 @@ params! {
     radius: f64 = 50.0, One, 0.0..=1e6, soft 0..=500, when mode = "smooth_min" | "smooth_max" | "height_blend";
     /// Value that counts as full for `screen`, `overlay`, `power` and `clamp`: 1 for masks, the summits for heights.
     full: f64 = 1.0, One, 1e-6..=1e9, soft 1..=5000;
-    /// Keeps the result between 0 and `full`, as a mask must be.
+    /// Keeps the result between 0 and `full`, as a mask must be, also where `mask` is 0 or `keep` is 1.
     clamp: bool = false, One, ..;
 }
 
@@ -66,7 +68,7 @@ inputs! {
     b: AnyScalar = 0.0, -1e9..=1e9, soft -1000.0..=1000.0;
     /// Where the result replaces `a`: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
-    /// Where `a` is kept regardless of the mask, for example in river beds.
+    /// Where `a` is kept regardless of the mask, for example in river beds; only `clamp` still applies.
     keep: Mask = 0.0, 0.0..=1.0;
 }
 
@@ -107,7 +109,7 @@ static GPU: GpuKernel = GpuKernel {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { a, b, mask, keep } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let mut out = a.samples().to_vec();
+    let mut out = copied(a.samples())?;
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_b, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
         let b = samples(b, first, cells.len(), &mut spare_b);

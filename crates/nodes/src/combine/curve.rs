@@ -6,6 +6,8 @@
 mod shaping;
 pub(crate) mod spline;
 
+use orograph_graph::memory::copied;
+
 use self::shaping::{Arctangent, Bend, Exponential, Power, Quintic, Tangent};
 use crate::{
     numerics::{
@@ -141,7 +143,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     if matches!(curve, Curve::Identity { ends: None }) {
         return Ok(Given { value: Some(value.clone()) }.into());
     }
-    let mut out = value.samples().to_vec();
+    let mut out = copied(value.samples())?;
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let mut spare = [0.0; BLOCK];
         let mask = samples(mask, first, cells.len(), &mut spare);

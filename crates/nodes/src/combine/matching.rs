@@ -1,5 +1,7 @@
 //! Gives a field the distribution of another field, or a uniform or normal one.
 
+use orograph_graph::memory::copied;
+
 use crate::{
     numerics::{
         cells::{BLOCK, blocks, masked, samples},
@@ -127,7 +129,7 @@ impl Target {
                         "wire the field whose distribution is wanted, or write `like: uniform` or `like: normal`",
                     ));
                 };
-                let mut sorted = reference.samples().to_vec();
+                let mut sorted = copied(reference.samples())?;
                 par::sort(&mut sorted);
                 Ok(Self::Sorted(sorted))
             }
@@ -136,14 +138,8 @@ impl Target {
                 Ok(Self::Uniform { low: at(order[0]), high: at(order[order.len() - 1]) })
             }
             Like::Normal => {
-                // a sum for each row, so that they are the same on any number of threads
-                let sum = |of: &(dyn Fn(f64) -> f64 + Sync)| {
-                    let row = |_, row: &[f32]| row.iter().map(|&x| of(f64::from(x))).sum::<f64>();
-                    let rows = par::collect_all(samples.chunks(job.window().nx()), row);
-                    rows.iter().sum::<f64>() / samples.len() as f64
-                };
-                let mean = sum(&|x| x);
-                Ok(Self::Normal { mean, deviation: sum(&|x| (x - mean) * (x - mean)).sqrt() })
+                let (mean, deviation) = par::moments(samples, job.window().nx());
+                Ok(Self::Normal { mean, deviation })
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Stretches a field to a range by its own values.
 
+use orograph_graph::memory::copied;
+
 use crate::numerics::par;
 use crate::{numerics::cells::blocks, prelude::*, quantity::Quantity};
 
@@ -104,7 +106,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let value = if is_mask { value.clamp(0.0, 1.0) } else { value };
         value.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32
     };
-    let mut out = value.samples().to_vec();
+    let mut out = copied(value.samples())?;
     blocks(job, [0.4, 1.0], &mut out, |cells, _| cells.iter_mut().for_each(|cell| *cell = map(*cell)))?;
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
@@ -131,14 +133,7 @@ fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeErr
             }))
         }
         Measure::Deviation => {
-            // a sum for each row, so that they are the same on any number of threads
-            let sum = |of: &(dyn Fn(f64) -> f64 + Sync)| {
-                let row = |_, row: &[f32]| row.iter().map(|&x| of(f64::from(x))).sum::<f64>();
-                let rows = par::collect_all(samples.chunks(nx), row);
-                rows.iter().sum::<f64>() / samples.len() as f64
-            };
-            let mean = sum(&|x| x);
-            let deviation = sum(&|x| (x - mean) * (x - mean)).sqrt();
+            let (mean, deviation) = par::moments(samples, nx);
             // the mean of a constant field is exact only to rounding
             let deviation = if deviation > 1e-9 * mean.abs() { deviation } else { 0.0 };
             Ok([-1.0, 1.0].map(|side| mean + side * params.deviations * deviation))

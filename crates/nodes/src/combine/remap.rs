@@ -9,7 +9,7 @@ use crate::{
     prelude::*,
     wgsl,
 };
-use orograph_graph::{ParamType, ParamValue};
+use orograph_graph::{ParamType, ParamValue, memory::copied};
 
 choice! {
     /// Quantity of the result, which decides where it may be wired.
@@ -185,7 +185,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         octaves: if logarithmic { params.octaves() } else { 0.0 },
         ends: params.limits(),
     };
-    let mut out = Inputs::read(job)?.value.samples().to_vec();
+    let mut out = copied(Inputs::read(job)?.value.samples())?;
     blocks(job, [0.0, 1.0], &mut out, |cells, _| {
         if logarithmic {
             logarithmically(cells, &map);

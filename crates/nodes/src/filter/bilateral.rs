@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use orograph_graph::memory::copied;
+
 use super::mix;
 use crate::numerics::{coarse::Coarse, lines::Ends, par};
 use crate::{
@@ -86,7 +88,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     job.advance(0.1)?;
     let around = Around::new(&coarse, &window, &means, radius);
     let per_contrast = (0.5_f64.sqrt() / params.contrast) as f32;
-    let mut out = value.samples().to_vec();
+    let mut out = copied(value.samples())?;
     crate::numerics::par::bands_within(job, [0.1, 0.9], BAND, &mut out, |first, rows| {
         around.smooth(first, rows, per_contrast);
         Ok(())

@@ -1,5 +1,7 @@
 //! Makes opposite sides of a field match.
 
+use orograph_graph::memory::copied;
+
 use super::mix;
 use crate::{
     numerics::{math, par},
@@ -62,7 +64,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
     let (nx, ny) = (window.nx(), window.ny());
-    let mut out = value.samples().to_vec();
+    let mut out = copied(value.samples())?;
     if params.sides != Sides::NorthSouth {
         let shares = shares(nx, params.margin / job.cell_m());
         blend(job, [0.0, 0.5], &mut out, |j, i| j * nx + (i + nx / 2) % nx, |_, i| shares[i])?;

@@ -1,5 +1,7 @@
 //! Moves, rotates and stretches a field in the world.
 
+use orograph_graph::memory::zeroed;
+
 use super::mix;
 use crate::numerics::{
     gaussian::Gaussian,
@@ -105,7 +107,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let angle = params.rotation.to_radians();
     let [cos, sin] = [math::cos(angle), math::sin(angle)].map(|part| part / params.stretch);
     let cell_m = job.cell_m();
-    let mut out = vec![0.0; window.len()];
+    let mut out = zeroed(window.len())?;
     par::rows_within(job, [0.4, 0.9], &mut out, |j, row| {
         for (i, out) in row.iter_mut().enumerate() {
             let place = window.centre_m(i, j);

@@ -4,7 +4,11 @@
 //! after R. Bridson, J. Houriham and M. Nordenstam (2007), "Curl-noise for procedural fluid flow". The curl is free of
 //! divergence, so that it stirs the terrain without pinching it.
 
-use orograph_graph::{gpu::Size, mix};
+use orograph_graph::{
+    gpu::Size,
+    memory::{copied, zeroed},
+    mix,
+};
 
 use crate::numerics::lines::Ends;
 use crate::{
@@ -194,7 +198,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     warn_of_folds(job, folded(window.cells, &east, &south));
     let ends = [Ends::of(&window, 0), Ends::of(&window, 1)];
     let source = Source { samples: value.samples(), cells: [nx, window.ny()], ends };
-    let mut out = vec![0.0; window.len()];
+    let mut out = zeroed(window.len())?;
     par::rows_within(job, [0.3, 1.0], &mut out, |j, row| {
         take_row(&source, j, [&east[j * nx..][..nx], &south[j * nx..][..nx]], row);
     })?;
@@ -218,9 +222,9 @@ impl Params {
             _ => {
                 inputs.check_wired()?;
                 let samples = |field: Option<&Field>| {
-                    field.map_or_else(|| vec![0.0; job.window().len()], |field| field.samples().to_vec())
+                    field.map_or_else(|| zeroed(job.window().len()), |field| copied(field.samples()))
                 };
-                Ok([samples(inputs.east), samples(inputs.south)])
+                Ok([samples(inputs.east)?, samples(inputs.south)?])
             }
         }
     }

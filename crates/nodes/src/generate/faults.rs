@@ -5,7 +5,7 @@
 //! 1/√k, so that a few large ones determine the shape of the terrain. Faults end: their length is in proportion to
 //! their throw (P. A. Cowie and C. H. Scholz, 1992), which is greatest in the middle and falls to nothing at the tips.
 
-use orograph_graph::mix;
+use orograph_graph::{memory::zeroed, mix};
 
 use crate::{
     numerics::{math, par, simd::simd},
@@ -90,7 +90,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
     let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, 0)[0]).collect();
-    let mut height = vec![0.0; window.len()];
+    let mut height = zeroed(window.len())?;
     if params.pattern == Pattern::Path {
         par::rows(job, &mut height, |j, row| {
             let y = window.centre_m(0, j)[1];

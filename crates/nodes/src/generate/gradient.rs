@@ -1,5 +1,7 @@
 //! A linear ramp between two values: along a line, outwards from a point, or around it.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{
     numerics::{math, par},
     prelude::*,
@@ -118,7 +120,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let window = job.window();
     let azimuth = params.azimuth.to_radians();
     let (cos, sin) = (math::cos(azimuth), math::sin(azimuth));
-    let mut values = vec![0.0; window.len()];
+    let mut values = zeroed(window.len())?;
     par::rows(job, &mut values, |j, row| {
         for (i, value) in row.iter_mut().enumerate() {
             let [x, y] = window.centre_m(i, j);

@@ -1,6 +1,9 @@
 //! Terrain painted by hand with brush strokes.
 
-use orograph_graph::{Strokes, Tool};
+use orograph_graph::{
+    Strokes, Tool,
+    memory::{copied, zeroed},
+};
 
 use crate::{
     numerics::{
@@ -80,7 +83,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         paths.iter().partition(|path| matches!(path.tool, Tool::Mask | Tool::Erase));
     let wants = Wants::of(job);
     let marked = || {
-        let mut mask = vec![0.0; job.window().len()];
+        let mut mask = zeroed(job.window().len())?;
         act(job, [0.0, 0.2], &marks, &mut mask, |path, value, weight| match path.tool {
             Tool::Mask => value + (1.0 - value) * weight,
             _ => value - value * weight,
@@ -92,8 +95,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         return Ok(Given { mask, ..Given::default() }.into());
     }
     let mut height = match Inputs::read(job)?.height {
-        Some(land) => land.samples().to_vec(),
-        None => vec![0.0; job.window().len()],
+        Some(land) => copied(land.samples())?,
+        None => zeroed(job.window().len())?,
     };
     // consecutive strokes that do not smooth need one pass over the terrain
     let runs: Vec<&[&Path]> = works.chunk_by(|a, b| a.tool != Tool::Smooth && b.tool != Tool::Smooth).collect();

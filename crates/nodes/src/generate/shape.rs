@@ -3,6 +3,8 @@
 //! Distances to rectangles and polygons are those to their sides; for an ellipse the equation of the nearest point is
 //! solved (D. Eberly, 2013, "Distance from a Point to an Ellipse"). All are loops over rows in double precision.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{
     numerics::{math, par, simd::simd},
     prelude::*,
@@ -138,7 +140,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let turn = Turn::new(params.centre.0, params.azimuth);
     let rounding_m = params.rounding.min(least);
     let inner = half.map(|half_m| half_m - rounding_m);
-    let mut distance = vec![0.0; window.len()];
+    let mut distance = zeroed(window.len())?;
     par::rows_within(job, [0.0, 0.9], &mut distance, |j, row| {
         let y = window.centre_m(0, j)[1];
         match params.figure {

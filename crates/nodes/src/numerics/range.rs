@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use orograph_graph::Lines;
+use orograph_graph::{Lines, memory::zeroed};
 
 use super::{math::lane, par, simd::simd};
 use crate::prelude::*;
@@ -35,7 +35,7 @@ impl Range<'_> {
     pub(crate) fn squares(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         let (stretches, window) = (self.stretches(), job.window());
         let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, 0)[0]).collect();
-        let mut squares = vec![0.0; window.len()];
+        let mut squares = zeroed(window.len())?;
         par::rows(job, &mut squares, |j, row| {
             let ys = vec![window.centre_m(0, j)[1]; xs.len()];
             squares_at(&stretches, &xs, &ys, row);

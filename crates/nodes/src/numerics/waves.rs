@@ -5,7 +5,7 @@
 //! The standard deviation of the sum is 1 with all octaves, including those too short for the cells, so that the field
 //! does not depend on the cell size; finer cells only add detail.
 
-use orograph_graph::{Job, NodeError, Window, mix};
+use orograph_graph::{Job, NodeError, Window, memory::zeroed, mix};
 
 use super::math;
 use crate::numerics::par;
@@ -69,7 +69,7 @@ impl Waves {
     /// [`NodeError::Cancelled`].
     pub fn field(&self, job: &Job<'_>, window: &Window, shortest_m: f64) -> Result<Vec<f32>, NodeError> {
         let sampler = self.sampler(shortest_m);
-        let mut samples = vec![0.0_f32; window.len()];
+        let mut samples = zeroed(window.len())?;
         par::each(samples.chunks_mut(window.nx()), |j, row| {
             job.check()?;
             row.iter_mut().enumerate().for_each(|(i, sample)| *sample = sampler.at(window.centre_m(i, j)) as f32);

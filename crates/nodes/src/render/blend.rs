@@ -3,6 +3,8 @@
 //! The modes are those of the World Wide Web Consortium's "Compositing and Blending Level 1" (2015), applied in linear
 //! light; the standard's default is encoded sRGB.
 
+use orograph_graph::memory::copied;
+
 use crate::{
     numerics::{
         cells::{BLOCK, blocks, samples},
@@ -107,7 +109,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { below, above, mask } = Inputs::read(job)?;
     let mode = Params::read(job.params).mode;
     let len = job.window().len();
-    let mut out = below.samples().to_vec();
+    let mut out = copied(below.samples())?;
     for (plane, (out, above)) in out.chunks_mut(len).zip(above.samples().chunks(len)).enumerate() {
         blocks(job, [plane, plane + 1].map(|third| third as f32 / 3.0), out, |cells, first| {
             let mut spare = [0.0; BLOCK];

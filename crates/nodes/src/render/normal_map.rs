@@ -1,5 +1,7 @@
 //! The texture of surface normals for engines.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{
     numerics::{
         gradient::{Method, Surface},
@@ -88,7 +90,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     };
     let window = job.window();
     let (nx, len) = (window.nx(), window.len());
-    let mut normal = vec![0.0; 3 * len];
+    let mut normal = zeroed(3 * len)?;
     let (red, rest) = normal.split_at_mut(len);
     let (green, blue) = rest.split_at_mut(len);
     par::each(red.chunks_mut(nx).zip(green.chunks_mut(nx)).zip(blue.chunks_mut(nx)), |j, ((red, green), blue)| {

@@ -3,7 +3,7 @@
 //! Between stops, colours are interpolated in OKLab (B. Ottosson, 2020), in linear light, or not at all. OKLab needs no
 //! root here: the cube roots of the stops' cone responses are interpolated, and only their cubes are computed.
 
-use orograph_graph::{Srgb, Stop};
+use orograph_graph::{Srgb, Stop, memory::zeroed};
 
 use crate::numerics::{
     light::{linear, oklab, rgb},
@@ -95,7 +95,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let second = second.map(|field| field.plane(0));
     let window = job.window();
     let (nx, len) = (window.nx(), window.len());
-    let mut colour = vec![0.0; 3 * len];
+    let mut colour = zeroed(3 * len)?;
     let (red, rest) = colour.split_at_mut(len);
     let (green, blue) = rest.split_at_mut(len);
     par::each(red.chunks_mut(nx).zip(green.chunks_mut(nx)).zip(blue.chunks_mut(nx)), |j, ((red, green), blue)| {

@@ -1,5 +1,7 @@
 //! Weights of up to four ground layers in each cell, for terrain materials in game engines.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{
     numerics::{math::lane, par, simd::simd},
     prelude::*,
@@ -59,7 +61,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let masks = [first, second, third, fourth].map(|layer| layer.map(|mask| mask.plane(0)));
     let window = job.window();
     let (nx, len) = (window.nx(), window.len());
-    let mut weights = vec![0.0; 4 * len];
+    let mut weights = zeroed(4 * len)?;
     let (first, rest) = weights.split_at_mut(len);
     let (second, rest) = rest.split_at_mut(len);
     let (third, fourth) = rest.split_at_mut(len);

@@ -1,5 +1,7 @@
 //! Compass direction of descent, and a mask of a range of directions.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{
     numerics::{
         gradient::{Method, Surface},
@@ -72,7 +74,7 @@ static GPU: GpuKernel = GpuKernel {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let surface = Surface::new(Inputs::read(job)?.height, Method::Horn);
-    let mut aspect = vec![0.0; job.window().len()];
+    let mut aspect = zeroed(job.window().len())?;
     par::rows_within(job, [0.0, 0.6], &mut aspect, |j, row| {
         surface.row(j, |start, east, south| {
             for ((out, &p), &q) in row[start..].iter_mut().zip(east).zip(south) {

@@ -1,5 +1,7 @@
 //! Terrain curvature at a length in metres: along the fall line, across it, and mean.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{
     numerics::{gaussian::Gaussian, lines::separable, par, smooth},
     prelude::*,
@@ -103,7 +105,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = Inputs::read(job)?.height.samples();
     let smoothed = separable(job, [0.0, 0.6], height, &Gaussian::new(params.radius / job.cell_m()))?;
     let cell_m = job.cell_m();
-    let mut out = vec![0.0; smoothed.len()];
+    let mut out = zeroed(smoothed.len())?;
     par::rows_within(job, [0.6, 1.0], &mut out, |j, row| {
         let line = |j: usize| &smoothed[j * nx..][..nx];
         let (north, middle, south) = (line(j.saturating_sub(1)), line(j), line((j + 1).min(ny - 1)));

@@ -1,6 +1,6 @@
 //! Sky view factor and ambient occlusion.
 
-use orograph_graph::World;
+use orograph_graph::{World, memory::zeroed};
 
 use crate::{
     numerics::{
@@ -106,7 +106,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let rays = params.rays(job.world());
     let horizon = Horizon::new(job, [0.0, 0.2], Inputs::read(job)?.height, rays)?;
     let nx = job.window().nx();
-    let mut occlusion = vec![0.0; job.window().len()];
+    let mut occlusion = zeroed(job.window().len())?;
     par::rows_within(job, [0.2, 0.9], &mut occlusion, |j, row| {
         let mut tangents = [0.0; BLOCK];
         for start in (0..nx).step_by(BLOCK) {

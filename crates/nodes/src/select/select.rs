@@ -1,5 +1,7 @@
 //! A mask of a range of values: heights, areas, depths, distances or any other field.
 
+use orograph_graph::memory::zeroed;
+
 use super::within;
 use crate::{
     numerics::{math, par},
@@ -100,7 +102,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let logarithmic = params.scale == Scale::Logarithmic;
     let range = params.range();
     let (values, nx) = (Inputs::read(job)?.value.samples(), job.window().nx());
-    let mut mask = vec![0.0; values.len()];
+    let mut mask = zeroed(values.len())?;
     par::rows(job, &mut mask, |j, row| {
         row.copy_from_slice(&values[j * nx..][..nx]);
         if logarithmic {

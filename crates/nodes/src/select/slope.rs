@@ -1,5 +1,7 @@
 //! Slope angle, and a mask of a range of slopes.
 
+use orograph_graph::memory::zeroed;
+
 use super::within;
 use crate::{
     numerics::{
@@ -79,7 +81,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         ));
     }
     let surface = Surface::new(Inputs::read(job)?.height, params.method);
-    let mut slope = vec![0.0; job.window().len()];
+    let mut slope = zeroed(job.window().len())?;
     par::rows_within(job, [0.0, 0.8], &mut slope, |j, row| {
         surface.row(j, |start, east, south| slope_degrees(east, south, &mut row[start..start + east.len()]));
     })?;

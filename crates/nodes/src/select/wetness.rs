@@ -1,5 +1,7 @@
 //! Topographic wetness index from drainage area and slope.
 
+use orograph_graph::memory::zeroed;
+
 use super::within;
 use crate::{
     numerics::{
@@ -60,7 +62,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let level = Field::new(window, drained.level_m.to_vec());
     let surface = Surface::new(&level, Method::Horn);
     let (cell_m, least) = (job.cell_m() as f32, params.least_slope as f32);
-    let mut wetness = vec![0.0; window.len()];
+    let mut wetness = zeroed(window.len())?;
     par::rows_within(job, [0.0, 0.8], &mut wetness, |j, row| {
         let area = &drained.area_m2[j * nx..][..nx];
         surface.row(j, |start, east, south| {

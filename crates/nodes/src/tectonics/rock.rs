@@ -4,7 +4,7 @@
 //! it; the terrain cuts them. Within beds, hardness varies in long waves stretched along the strike (log-normal, like
 //! measured strengths of rock), and bands of broken rock follow faults and joints.
 
-use orograph_graph::mix;
+use orograph_graph::{memory::zeroed, mix};
 
 use crate::{
     numerics::{
@@ -101,7 +101,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (window, rock, wants) = (job.window(), Rock::new(&params, job), Wants::of(job));
     let nx = window.nx();
     let place = |i: usize, j: usize| (window.centre_m(i, j), f64::from(height[j * nx + i]));
-    let mut hardness = vec![0.0; window.len()];
+    let mut hardness = zeroed(window.len())?;
     par::rows_within(job, [0.0, 0.6], &mut hardness, |j, row| {
         for (i, hardness) in row.iter_mut().enumerate() {
             let (at, z) = place(i, j);
@@ -113,7 +113,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let rate = rate.map(|rate| field(rate.collect()));
     let mut repose = None;
     if wants.repose {
-        let mut slopes = vec![0.0; window.len()];
+        let mut slopes = zeroed(window.len())?;
         par::rows_within(job, [0.6, 1.0], &mut slopes, |j, row| {
             for (i, slope) in row.iter_mut().enumerate() {
                 *slope = rock.repose(place(i, j).0, f64::from(hardness[j * nx + i])) as f32;

@@ -6,6 +6,8 @@
 mod fault;
 mod plates;
 
+use orograph_graph::memory::zeroed;
+
 use self::{fault::Fault, plates::Plates};
 use crate::{
     numerics::{
@@ -174,7 +176,7 @@ impl Params {
             math::exp(-0.5 * distance * distance)
         };
         let columns: Vec<f64> = (0..window.nx()).map(|i| falloff(window.centre_m(i, 0)[0], self.centre[0])).collect();
-        let mut uplift = vec![0.0; window.len()];
+        let mut uplift = zeroed(window.len())?;
         par::rows(job, &mut uplift, |j, row| {
             let along = self.rate * falloff(window.centre_m(0, j)[1], self.centre[1]);
             for (uplift, across) in row.iter_mut().zip(&columns) {

@@ -69,12 +69,12 @@ pub(super) fn rates(
     });
     let near = |cell: usize| (0.5 * f64::from(whole[cell]).max(THINNEST_M)).min(0.5 * WIDEST_M);
     let around = blurred(grid, &level, &near, 0.5 * WIDEST_M)?;
-    // a groove with more ice than its sides does not deepen for that alone
+    // the mean thickness too, so that thicker ice in a groove does not by itself deepen the groove
     let thickness = blurred(grid, &ice.depth, &near, 0.5 * WIDEST_M)?;
     // ice bridges shorter steps: the fall of the bed that it feels is that over its thickness
     let broad = blurred(grid, &level, &wide, WIDEST_M)?;
 
-    // it flows as evenly
+    // the direction of flow, smoothed over the same width
     let mut flow = [zeroed(0)?, zeroed(0)?];
     for (flow, velocity) in flow.iter_mut().zip(&ice.velocity) {
         *flow = blurred(grid, velocity, &near, 0.5 * WIDEST_M)?;

@@ -27,7 +27,7 @@ use super::{
 };
 use crate::numerics::par;
 
-/// Rows that a part of a loop works on; part of the result only through the order of nothing.
+/// Rows of a part of a parallel loop. Does not affect the result.
 const ROWS: usize = 16;
 /// Rounds in which overdrawn cells are made to give less.
 const ROUNDS: usize = 6;

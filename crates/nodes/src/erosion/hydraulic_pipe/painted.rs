@@ -1,6 +1,6 @@
 //! Terrain and rain of a run: the inputs, the spring, and the strokes painted on both.
 
-use orograph_graph::{Stroke, Tool};
+use orograph_graph::{Stroke, Tool, memory::zeroed};
 
 use super::{Inputs, Params, band::Scene, budget, physics::Physics};
 use crate::{
@@ -79,7 +79,7 @@ impl Painted {
                     self.land = Some(land);
                 }
                 _ => {
-                    let mut drops = self.drops.take().unwrap_or_else(|| vec![0.0; job.window().len()]);
+                    let mut drops = self.drops.take().map_or_else(|| zeroed(job.window().len()), Ok)?;
                     act(job, [fraction; 2], &[&path], &mut drops, |path, rain, weight| match path.tool {
                         Tool::Rain => rain + weight,
                         _ => rain - rain * weight,

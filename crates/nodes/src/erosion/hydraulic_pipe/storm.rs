@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use orograph_graph::{Edge, Moment, Process};
+use orograph_graph::{Edge, Moment, Process, memory::zeroed};
 
 use super::{
     Given, Inputs, Params, Wants,
@@ -140,7 +140,7 @@ impl Process for Storm {
         let nx = window.nx();
         let per_second = if self.pacing.time_s > 0.0 { (1.0 / self.pacing.time_s) as f32 } else { 0.0 };
         let raster = |row: &(dyn Fn(usize, &mut [f32]) + Sync)| {
-            let mut samples = vec![0.0; window.len()];
+            let mut samples = zeroed(window.len())?;
             par::rows_within(job, [self.fraction(); 2], &mut samples, row).map(|()| samples)
         };
         let field = |row: &(dyn Fn(usize, &mut [f32]) + Sync)| raster(row).map(|samples| Field::new(window, samples));

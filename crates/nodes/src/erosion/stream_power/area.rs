@@ -172,7 +172,7 @@ impl<'a> Area<'a> {
         self.headwater_m2
     }
 
-    /// Areas in m² that cut in the place of smaller ones, 0 at first.
+    /// Overrides of the drainage area in m², at first 0: they apply where they are larger than the cell's own area.
     pub fn widened(&mut self) -> &mut [f32] {
         self.widened.clear();
         let cells = match &self.drained {

@@ -1,10 +1,10 @@
-//! Sides beyond which the land goes on.
+//! Sides beyond which the terrain continues.
 //!
-//! Rivers run on a margin of a tenth of the world's shorter side that is cut off in the end. Its land, and whatever
-//! else varies from place to place, is the reflection of what is inside, inclined outwards so that water leaves. It
-//! leaves through gates: the lowest cell of each stretch of the rim, at a level that stays, as it varies from valley to
-//! valley; between the gates the rim rises with the land. So rivers gather in valleys before they leave, and what is
-//! seen of them has no side to run straight at.
+//! The run also computes a margin of a tenth of the world's shorter side, which is cut off at the end. Inputs are
+//! mirrored into the margin, and heights are tilted outwards so that water leaves. It leaves through gates: the lowest
+//! cell of each stretch of the outer edge keeps its height, while the edge between the gates rises with the terrain.
+//! Rivers therefore gather into valleys before they reach the outer edge, and the visible part shows no rivers that run
+//! straight to a side.
 
 use orograph_graph::{Boundary, Edge, Field, Glimpses, InputValue, Job, Outputs, Value, Warnings, Window, World, mix};
 
@@ -95,8 +95,8 @@ impl Inland {
         }
     }
 
-    /// Tells of the job inside what that on the margin warned of.
-    pub fn tell(outer: &Job<'_>, inner: &Job<'_>) {
+    /// Passes the warnings of the job with the margin on to the job without.
+    pub fn forward_warnings(outer: &Job<'_>, inner: &Job<'_>) {
         outer.warnings.take().into_iter().for_each(|warning| inner.warn(warning));
     }
 

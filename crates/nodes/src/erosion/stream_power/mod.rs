@@ -319,7 +319,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let glimpses = job.glimpses.map(|glimpses| Glimpses { due: glimpses.due, take: &take });
     let outer = inland.job(job, glimpses);
     let outputs = erode(&outer, &params);
-    Inland::tell(&outer, job);
+    Inland::forward_warnings(&outer, job);
     outputs.map(|outputs| inland.cut(outputs))
 }
 
@@ -418,16 +418,18 @@ fn glimpse(job: &Job<'_>, land: &Land<'_>) -> Outputs {
     Given { height: Some(Field::new(job.window(), height)), ..Given::default() }.into()
 }
 
-/// Tells where rivers have hardly begun to answer.
+/// Two significant digits, for messages.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
+
+/// Warns where rivers have hardly begun to respond.
 fn warn_of_short_runs(job: &Job<'_>, duration_yr: f64, response_yr: f64) {
     if duration_yr < SHORT_RUN * response_yr && response_yr.is_finite() {
-        let myr =
-            |years: f64| format!("{:.*} Myr", if years < 1e5 { 3 } else { usize::from(years < 1e7) + 1 }, years / 1e6);
+        let [response, duration] = [response_yr, duration_yr].map(|years| Unit::Years.display(rounded(years)));
         job.warn(format!(
-            "rivers here respond in {}; the run lasts {}, so that most of the land is as it was; a longer `duration` or \
-             a larger `erodibility` lets them shape it",
-            myr(response_yr),
-            myr(duration_yr)
+            "rivers here take {response} to respond, but the run lasts {duration}, so that most of the terrain is \
+             unchanged; increase `duration` or `erodibility`"
         ));
     }
 }
@@ -441,13 +443,14 @@ fn warn_of_unused_repose(job: &Job<'_>, inputs: &Inputs<'_>) {
     }
 }
 
-/// Tells where cells are larger than the drainage area of a river's head.
+/// Warns where cells are larger than the drainage area of a river's head.
 fn warn_of_unresolved_hillslopes(job: &Job<'_>, params: &Params) {
     let critical_area_m2 = if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area };
     let cell_m = job.cell_m();
     if critical_area_m2 > 0.0 && cell_m * cell_m > critical_area_m2 {
+        let [cell, area] = [cell_m * cell_m, critical_area_m2].map(|m2| Unit::SquareMetres.display(rounded(m2)));
         job.warn(format!(
-            "cells of {cell_m} m are larger than the {critical_area_m2} m² at which rivers begin: hillslopes are not \
+            "a cell of {cell} is larger than the drainage area of {area} at which rivers begin: hillslopes are not \
              resolved, and relief depends on the cells; use smaller cells or a larger `headwater_area`"
         ));
     }

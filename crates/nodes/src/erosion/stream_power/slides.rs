@@ -6,8 +6,8 @@
 //! rising and one with both falling carry a slide across a strip of rows; strips are independent of each other, and
 //! what is left for the next strip moves at the next step.
 //!
-//! On rough ground slopes are measured above knolls and hollows, which are as high as in balance: h less their height.
-//! So the result depends on no direction of flow. With a limit by the direction of flow, cells that drain along a row
+//! On rough ground, the slope is that of h minus the height that knolls and hollows have in balance, so that the limit
+//! does not depend on the direction of flow. With a limit by the direction of flow, cells that drain along a row
 //! or a column stood as walls beside others. A cell does not give way to less than a fraction of the slope.
 
 use std::ops::Range;

@@ -4,6 +4,7 @@
 use orograph_graph::{
     InputValue, Value,
     gpu::{ScratchId, Size},
+    memory::copied,
 };
 
 use super::{Inputs, Layer, Params, Start, Sums, Until, Wants, left_of, report, warn_of_loose, warn_of_steep};
@@ -160,7 +161,7 @@ fn loaded(job: &Job<'_>, recorder: &mut dyn Recorder, [wide, high]: [usize; 2]) 
     let angles: Vec<f32> = match job.input("talus") {
         Some(InputValue::Value(Value::Field(field))) => {
             field.fetch()?;
-            field.samples().to_vec()
+            copied(field.samples())?
         }
         Some(InputValue::Constant(angle)) => vec![*angle as f32],
         _ => Vec::new(),

@@ -2,6 +2,8 @@
 
 mod steps;
 
+use orograph_graph::memory::copied;
+
 use self::steps::Uneven;
 use crate::numerics::noise::{Basis, Fractal, Octave, sum, table};
 use crate::{
@@ -169,7 +171,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     if params.level(&layers) {
         return Ok(Given { height: Some(height.clone()) }.into());
     }
-    let mut out = height.samples().to_vec();
+    let mut out = copied(height.samples())?;
     let uneven = params.uneven(orograph_graph::mix(job.seed()));
     let noises = if uneven.none() { None } else { Some(params.noises(job)?) };
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {

@@ -6,7 +6,7 @@
 
 mod form;
 
-use orograph_graph::mix;
+use orograph_graph::{memory::zeroed, mix};
 
 use self::form::{EJECTA, Own, Shape};
 use crate::{numerics::par, prelude::*};
@@ -89,7 +89,7 @@ const FAR: f64 = 2_147_483_648.0;
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
-    let mut height = vec![0.0; window.len()];
+    let mut height = zeroed(window.len())?;
     let shape = Shape {
         depth: params.depth,
         rim: params.rim,

@@ -7,7 +7,7 @@
 
 mod mirror;
 
-use orograph_graph::{World, mix};
+use orograph_graph::{World, memory::zeroed, mix};
 
 use super::spectral::torus::{Draw, Spectrum, Torus};
 use crate::{
@@ -219,7 +219,7 @@ fn layered(job: &Job<'_>, relief: f64, response: impl Fn(f64) -> f64 + Sync) -> 
     // uniform noise from -½ to ½ has a variance of 1/12
     let variance = mirror::variance(job, [window.nx(), window.ny()], response)? / 12.0;
     let scale = relief / variance.sqrt();
-    let mut height = vec![0.0; window.len()];
+    let mut height = zeroed(window.len())?;
     par::rows_within(job, [0.9, 1.0], &mut height, |j, row| {
         for (height, value) in row.iter_mut().zip(&filtered[j * window.nx()..]) {
             *height = (scale * value) as f32;

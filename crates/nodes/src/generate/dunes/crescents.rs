@@ -1,6 +1,6 @@
 //! Barchans: crescents on bare ground, on lattices of squares with at most one each.
 
-use orograph_graph::mix;
+use orograph_graph::{memory::zeroed, mix};
 
 use super::{Params, REACH, SALTS, square};
 use crate::{
@@ -19,7 +19,7 @@ impl Params {
         let window = job.window();
         let seed = mix(job.seed() ^ SALTS[0]);
         let [wind_x, wind_y] = self.wind();
-        let mut heights = vec![0.0; window.len()];
+        let mut heights = zeroed(window.len())?;
         par::rows(job, &mut heights, |j, row| {
             // small crescents lie on lattices of their own
             for octave in 0..if self.variety > 0.0 { OCTAVES } else { 1 } {

@@ -1,6 +1,6 @@
 //! Transverse dunes: ridges whose crests wind, end and join.
 
-use orograph_graph::mix;
+use orograph_graph::{memory::zeroed, mix};
 
 use super::{Params, SALTS, defects::Defects};
 use crate::{
@@ -32,7 +32,7 @@ impl Params {
         let [along, down] = self.slopes(job, fractal(SALTS[0]), bend_m)?;
         let lows = fractal(SALTS[1]).octaves(job.world());
         let low = sum::lattices(job, &lows, Basis::Bell, 1.5 * self.waviness)?;
-        let mut heights = vec![0.0; window.len()];
+        let mut heights = zeroed(window.len())?;
         let seed = mix(job.seed() ^ SALTS[2]);
         par::rows(job, &mut heights, |j, row| {
             let mut defects = Defects::new(self.defects, seed);
@@ -64,7 +64,7 @@ impl Params {
     /// Returns the slopes in m/m of the noise that bends crests, summed over its octaves.
     fn slopes(&self, job: &Job<'_>, fractal: Fractal, bend_m: f64) -> Result<[Vec<f32>; 2], NodeError> {
         let octaves = fractal.octaves(job.world());
-        let mut slopes = [vec![0.0; job.window().len()], vec![0.0; job.window().len()]];
+        let mut slopes = [zeroed(job.window().len())?, zeroed(job.window().len())?];
         for octave in &octaves {
             let per_metre = 1.0 / (octave.wavelength_cells * job.cell_m());
             let part = sum::slopes(job, &[*octave], Basis::Bell, bend_m * per_metre)?;

@@ -3,6 +3,8 @@
 
 mod spurs;
 
+use orograph_graph::memory::zeroed;
+
 use self::spurs::{Places, Spurs};
 use crate::numerics::noise::{Basis, Fractal, Octave, sum};
 use crate::{
@@ -99,7 +101,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let course = Course::new(job, &params)?;
     let xs: Vec<f64> = (0..nx).map(|i| window.centre_m(i, 0)[0]).collect();
     let bends = course.bends(|octaves, bend_m| sum::lattices(job, octaves, Basis::Bell, bend_m))?;
-    let mut mask = vec![0.0; window.len()];
+    let mut mask = zeroed(window.len())?;
     par::rows_within(job, [0.1, 0.2], &mut mask, |j, row| {
         let bends = bends.each_ref().map(|bend| &bend[j * nx..][..nx]);
         course.squares(&xs, window.centre_m(0, j)[1], bends, row);

@@ -9,6 +9,8 @@ mod flows;
 mod gullies;
 mod shape;
 
+use orograph_graph::memory::zeroed;
+
 use self::{cone::Cone, gullies::Gullies, shape::Volcano};
 use crate::{numerics::par, prelude::*};
 
@@ -116,7 +118,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     };
     volcano.furnish(params.flows, params.cones);
     let even = volcano.is_even();
-    let mut height = vec![0.0; window.len()];
+    let mut height = zeroed(window.len())?;
     par::rows(job, &mut height, |j, row| {
         for (i, height) in row.iter_mut().enumerate() {
             let [x, y] = window.centre_m(i, j);

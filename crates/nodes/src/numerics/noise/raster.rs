@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, memory::zeroed};
 
 use super::sheet::{BAND, STRIP, put};
 pub(crate) use super::sheet::{LANES, Lanes};
@@ -136,7 +136,7 @@ pub(crate) fn raster<S: Stack, C: Combine>(
 ) -> Result<Vec<f32>, NodeError> {
     let window = job.window();
     let (nx, [left, top]) = (window.nx(), window.origin);
-    let mut out = vec![0.0; window.len()];
+    let mut out = zeroed(window.len())?;
     crate::numerics::par::bands_within(job, [0.0, 1.0], BAND, &mut out, |row, rows| {
         let mut stack = stack();
         for column in (0..nx).step_by(STRIP) {

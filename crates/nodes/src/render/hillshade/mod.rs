@@ -3,9 +3,9 @@
 mod cast;
 mod device;
 
-use std::path::PathBuf;
+use std::{convert::Infallible, path::PathBuf};
 
-use orograph_graph::{Cancel, InputValue, LevelJob, ParamValues, Wanted, Warnings};
+use orograph_graph::{Cancel, InputValue, LevelJob, ParamValues, Wanted, Warnings, memory::zeroed};
 
 use self::cast::{Cast, rays, reach_m};
 use crate::{
@@ -141,7 +141,7 @@ impl Params {
         const LOW_SUN: f64 = 32.0;
         let relief_m = height.range(0).map_or(0.0, |(low, high)| f64::from(high) - f64::from(low));
         let longest_m = self.exaggeration * relief_m / math::tan(LOW_SUN.to_radians());
-        let distance = longest_m.clamp(8.0 * height.window().cell_m(), 1e6);
+        let distance = longest_m.max(8.0 * height.window().cell_m()).min(1e6);
         Self { altitude: LOW_SUN, shadows: Self::default().shadows, distance, ..self }
     }
 }
@@ -165,12 +165,10 @@ pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
         glimpses: None,
     };
     let window = *height.window();
-    let mut colour = vec![0.0; 3 * window.len()];
+    let (mut shade, mut colour) = (vec![0.0; window.len()], vec![0.0; 3 * window.len()]);
     let cast = Cast::new(&job, height, params).ok().flatten();
-    match paint(height, None, params, cast.as_ref(), Some(&mut colour), || Ok::<_, std::convert::Infallible>(())) {
-        Ok(shade) => [Field::new(window, shade), Field::with_planes(window, 3, colour)],
-        Err(never) => match never {},
-    }
+    let Ok(()) = paint(height, None, params, cast.as_ref(), [&mut shade, &mut colour], || Ok::<_, Infallible>(()));
+    [Field::new(window, shade), Field::with_planes(window, 3, colour)]
 }
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
@@ -191,25 +189,27 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         ));
     }
     let (window, wants) = (job.window(), Wants::of(job));
-    let mut colour = wants.colour.then(|| vec![0.0; 3 * window.len()]);
+    let (mut shade, mut colour) =
+        (zeroed(window.len())?, if wants.colour { zeroed(3 * window.len())? } else { Vec::new() });
     let cast = Cast::new(job, height, &params)?;
-    let shade = paint(height, wet, &params, cast.as_ref(), colour.as_deref_mut(), || job.check())?;
+    paint(height, wet, &params, cast.as_ref(), [&mut shade, &mut colour], || job.check())?;
     Ok(Given {
         shade: wants.shade.then(|| Field::new(window, shade)),
-        colour: colour.map(|colour| Field::with_planes(window, 3, colour)),
+        colour: wants.colour.then(|| Field::with_planes(window, 3, colour)),
     }
     .into())
 }
 
-/// Shades all rows and writes the three planes of `colour`, if any. Calls `check` before each row, which may cancel.
+/// Shades all rows, and writes the three planes of `colour` unless it is empty. Calls `check` before each row, which may
+/// cancel.
 fn paint<E: Send>(
     height: &Field,
     wet: Option<&Field>,
     params: &Params,
     cast: Option<&Cast<'_>>,
-    colour: Option<&mut [f32]>,
+    [shade, colour]: [&mut [f32]; 2],
     check: impl Fn() -> Result<(), E> + Sync,
-) -> Result<Vec<f32>, E> {
+) -> Result<(), E> {
     let window = *height.window();
     let nx = window.nx();
     let surface = Surface::new(height, Method::Horn);
@@ -229,15 +229,13 @@ fn paint<E: Send>(
             sun.shade(east, south, given, &mut shade[cells]);
         });
     };
-    let mut shade = vec![0.0; window.len()];
-    let Some(colour) = colour else {
-        par::each(shade.chunks_mut(nx), |j, shade| {
+    if colour.is_empty() {
+        return par::each(shade.chunks_mut(nx), |j, shade| {
             check()?;
             light(j, shade, &mut vec![1.0; nx]);
             Ok::<_, E>(())
-        })?;
-        return Ok(shade);
-    };
+        });
+    }
     let (red, rest) = colour.split_at_mut(window.len());
     let (green, blue) = rest.split_at_mut(window.len());
     let rgb = red.chunks_mut(nx).zip(green.chunks_mut(nx)).zip(blue.chunks_mut(nx));
@@ -258,8 +256,7 @@ fn paint<E: Send>(
             }
         }
         Ok(())
-    })?;
-    Ok(shade)
+    })
 }
 
 /// Skylight on all slopes, and sunlight on level ground: cool shadows, warm light.

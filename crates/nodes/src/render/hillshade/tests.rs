@@ -158,3 +158,13 @@ fn a_valley_is_dimmer_by_the_sky_that_its_sides_hide() {
     // distant sides are smoothed
     assert!((seen - expected).abs() < 0.02, "{seen}, not {expected}");
 }
+
+/// The distance of shadows stays in its range, however large cells are.
+#[test]
+fn pictures_of_the_largest_worlds_have_light() {
+    let height = field(world(16, 16, 3e6), |x, y| (x + y) * 1e-4);
+    let light = Params::fitted(&height).casting(&height);
+    assert_eq!(light.distance, 1e6);
+    let [shade, _] = relief(&height, &light);
+    assert!(shade.samples().iter().all(|v| (0.0..=1.0).contains(v)));
+}

@@ -1,6 +1,6 @@
 //! What the surface of a terrain shows of strata.
 
-use orograph_graph::Strata;
+use orograph_graph::{Strata, memory::zeroed};
 
 use crate::{
     numerics::{
@@ -44,14 +44,14 @@ impl Surface<'_> {
     pub fn colour(&self, job: &Job<'_>) -> Result<Field, NodeError> {
         let window = *self.height.window();
         let colours: Vec<[f64; 3]> = self.strata.column().layers.iter().map(|layer| linear(layer.colour)).collect();
-        let mut samples = vec![0.0; 3 * window.len()];
+        let mut samples = zeroed(3 * window.len())?;
         let mut planes = samples.chunks_exact_mut(window.len()).enumerate();
         planes.try_for_each(|(plane, samples)| self.fill(job, samples, |layer| colours[layer][plane] as f32))?;
         Ok(Field::with_planes(window, 3, samples))
     }
 
     fn each(&self, job: &Job<'_>, of: impl Fn(usize) -> f32 + Sync) -> Result<Field, NodeError> {
-        let mut samples = vec![0.0; self.height.window().len()];
+        let mut samples = zeroed(self.height.window().len())?;
         self.fill(job, &mut samples, of)?;
         Ok(Field::new(*self.height.window(), samples))
     }

@@ -1,5 +1,7 @@
 //! A normal fault: two blocks separate along a straight line; the footwall rises and the hanging wall sinks.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{
     numerics::{
         math::{self, lane},
@@ -35,7 +37,7 @@ impl Fault {
             (0..window.nx()).map(|i| (window.centre_m(i, 0)[0] - self.centre[0]) * right_x).collect();
         let shape =
             [1.0 / self.step_m, -1.0 / self.decay_m, 1.0 - self.footwall, self.rate].map(|number| number as f32);
-        let mut uplift = vec![0.0; window.len()];
+        let mut uplift = zeroed(window.len())?;
         par::rows(job, &mut uplift, |j, row| {
             throw(row, &columns, (window.centre_m(0, j)[1] - self.centre[1]) * right_y, shape);
         })?;

@@ -6,7 +6,7 @@
 //! a distance D the weights change over `σ² / D`. With `σ² = w L`, a boundary is therefore about w wide where sites are
 //! L apart, and the total convergence of two plates does not depend on that width.
 
-use orograph_graph::mix;
+use orograph_graph::{memory::zeroed, mix};
 
 use crate::{
     numerics::{math, par},
@@ -50,7 +50,7 @@ impl Plates {
         let squares = |metres: f64| metres / self.size_m;
         let xs: Vec<f64> = (0..window.nx()).map(|i| squares(window.centre_m(i, 0)[0])).collect();
         let variance = squares(self.belt_m);
-        let mut uplift = vec![0.0; window.len()];
+        let mut uplift = zeroed(window.len())?;
         par::rows(job, &mut uplift, |j, row| {
             let y = squares(window.centre_m(0, j)[1]);
             let mut square = [i64::MIN; 2];

@@ -1,6 +1,6 @@
 //! Going on with what a coarser level has made.
 
-use orograph_graph::{Job, NodeError, mix};
+use orograph_graph::{Job, NodeError, memory::zeroed, mix};
 
 use super::Land;
 use crate::{
@@ -31,7 +31,7 @@ impl Land<'_> {
     /// [`NodeError::Cancelled`].
     pub fn response_yr(&self, job: &Job<'_>, step_yr: f64) -> Result<f64, NodeError> {
         let links = self.links(step_yr);
-        let mut times_yr = vec![0.0; self.heights.len()];
+        let mut times_yr = zeroed(self.heights.len())?;
         self.drainage.upstream(job, &self.grid, &self.codes, &mut times_yr, |cell, code, _, below| {
             let receiver = self.grid.receiver(cell as u32, code) as usize;
             let drop = self.heights[cell] - self.heights[receiver];

@@ -3,7 +3,9 @@
 
 use std::sync::Arc;
 
-use orograph_graph::{Coarser, InputValue, LevelJob, State, Value, Wanted, Warnings, Window, World};
+use orograph_graph::{
+    Coarser, InputValue, LevelJob, State, Value, Wanted, Warnings, Window, World, memory::OutOfMemory,
+};
 
 use super::{Ladder, resample, run};
 use crate::{
@@ -13,7 +15,7 @@ use crate::{
 
 /// The state of the level on the cells of a world, of a job that came without: from resampled inputs.
 pub fn state(job: &Job<'_>, params: &Params, world: World) -> Result<State, NodeError> {
-    let below = on_cells(job, world, Wanted::NONE, LevelJob { below: Coarser::Nothing, gives_state: true });
+    let below = on_cells(job, world, Wanted::NONE, LevelJob { below: Coarser::Nothing, gives_state: true })?;
     run(&below, params)?.take_state().ok_or_else(|| NodeError::failed("the level below gave no state"))
 }
 
@@ -28,45 +30,49 @@ pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, No
                 Some(state) => Coarser::State(Arc::new(state)),
                 None => Coarser::Nothing,
             };
-            let finer = on_cells(job, world, job.wanted, LevelJob { below, gives_state: false });
+            let finer = on_cells(job, world, job.wanted, LevelJob { below, gives_state: false })?;
             let outputs = run(&finer, params)?;
-            Inland::tell(&finer, job);
+            Inland::forward_warnings(&finer, job);
             outputs
         }
     };
-    Ok(averaged(outputs, job.window()))
+    averaged(outputs, job.window())
 }
 
 /// Outputs on larger cells: their means, and of rivers the largest in each cell.
-fn averaged(outputs: Outputs, asked: Window) -> Outputs {
-    outputs.into_iter_named().fold(Outputs::default(), |given, (name, value)| match value {
-        Value::Field(field) if matches!(name, "area" | "sediment_flux") => {
-            given.with(name, resample::largest(&field, asked))
-        }
-        Value::Field(field) => given.with(name, resample::resampled(&field, asked, false)),
-        Value::Strata(strata) => given.with(name, strata.on(resample::resampled(strata.offset(), asked, false))),
-        other => given.with(name, other),
+fn averaged(outputs: Outputs, asked: Window) -> Result<Outputs, NodeError> {
+    outputs.into_iter_named().try_fold(Outputs::default(), |given, (name, value)| {
+        Ok(match value {
+            Value::Field(field) if matches!(name, "area" | "sediment_flux") => {
+                given.with(name, resample::largest(&field, asked)?)
+            }
+            Value::Field(field) => given.with(name, resample::resampled(&field, asked, false)?),
+            Value::Strata(strata) => given.with(name, strata.on(resample::resampled(strata.offset(), asked, false)?)),
+            other => given.with(name, other),
+        })
     })
 }
 
 /// The same job on other cells, with resampled inputs. Its progress is not reported.
-fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, level: LevelJob) -> Job<'a> {
+fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, level: LevelJob) -> Result<Job<'a>, OutOfMemory> {
     let window = Window::whole(world);
-    let inputs = job.node.inputs.iter().zip(&job.inputs).map(|(input, value)| match value {
-        InputValue::Value(Value::Field(field)) => {
-            let field = resample::resampled(field, window, input.name == "height");
-            InputValue::Value(Value::Field(field))
-        }
-        InputValue::Value(Value::Strata(strata)) => {
-            let offset = resample::resampled(strata.offset(), window, false);
-            InputValue::Value(strata.on(offset).into())
-        }
-        other => other.clone(),
+    let inputs = job.node.inputs.iter().zip(&job.inputs).map(|(input, value)| {
+        Ok(match value {
+            InputValue::Value(Value::Field(field)) => {
+                let field = resample::resampled(field, window, input.name == "height")?;
+                InputValue::Value(Value::Field(field))
+            }
+            InputValue::Value(Value::Strata(strata)) => {
+                let offset = resample::resampled(strata.offset(), window, false)?;
+                InputValue::Value(strata.on(offset).into())
+            }
+            other => other.clone(),
+        })
     });
-    Job {
+    Ok(Job {
         node: job.node,
         params: job.params,
-        inputs: inputs.collect(),
+        inputs: inputs.collect::<Result<_, OutOfMemory>>()?,
         level,
         window,
         wanted,
@@ -75,5 +81,5 @@ fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, level: LevelJob)
         progress: &|_| {},
         warnings: Warnings::default(),
         glimpses: None,
-    }
+    })
 }

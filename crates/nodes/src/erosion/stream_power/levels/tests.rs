@@ -35,7 +35,7 @@ fn land(cells: u32, sides: &str, changes: &str) -> Field {
 
 /// The root mean square difference over the standard deviation, on the coarser cells.
 fn apart(coarse: &Field, fine: &Field) -> f64 {
-    let fine = super::resample::resampled(fine, *coarse.window(), false);
+    let fine = super::resample::resampled(fine, *coarse.window(), false).expect("memory");
     let difference: Vec<f32> = fine.samples().iter().zip(coarse.samples()).map(|(a, b)| a - b).collect();
     let ((mean, deviation), (_, whole)) = (testing::moments(&difference), testing::moments(fine.samples()));
     math::hypot(mean, deviation) / whole
