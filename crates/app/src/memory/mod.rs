@@ -1,6 +1,6 @@
 //! The program's allocator, and the end of the program when memory runs out.
 //!
-//! Large allocations can be refused ([`orograph_graph::memory`]), which becomes an ordinary error. All others are
+//! Most large allocations can be refused ([`orograph_graph::memory`]), which becomes an ordinary error. Others are
 //! small: a name, a message, a thread's queue. If the system refuses one of those, the program cannot continue, and
 //! cannot do anything that needs memory, such as unwinding or formatting a message. It then prints the running nodes
 //! and a hint (with `--json` also as the last line), removes unfinished files, and exits with code 2. The journal of

@@ -58,7 +58,7 @@ fn a_snapshot_is_compared_and_restored() {
     crate::draws();
     let mut window = opened();
     let before = source(&window);
-    window.get_by_label("Take").click();
+    window.get_by_label("Take snapshot").click();
     window.run_steps(3);
     assert_eq!(window.state().session().snapshots().len(), 1);
     assert!(window.state_mut().session_mut().apply(&set("ground", "amplitude", 900.0)));

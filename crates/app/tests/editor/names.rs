@@ -195,7 +195,7 @@ fn controls_of_the_panes_have_names() {
 
     click(&mut window, "History");
     for _ in 0..2 {
-        click(&mut window, "Take");
+        click(&mut window, "Take snapshot");
     }
     found.look(&window, "history and snapshots");
     window.get_by_label_contains("Problems").click();

@@ -123,7 +123,7 @@ impl Action {
             Self::Duplicate => graph("Duplicate", "Duplicate", &[(CTRL, Key::D)]),
             Self::CopyParameters => graph("Copy parameters", "Copy the parameters of the node", &[(BOTH, Key::C)]),
             Self::PasteParameters => {
-                graph("Paste parameters", "Paste parameters into selected nodes of the same type", &[(BOTH, Key::V)])
+                graph("Paste parameters", "Paste parameters into selected nodes of the same kind", &[(BOTH, Key::V)])
             }
             Self::Delete => {
                 graph("Delete", "Delete and reconnect the wires", &[(NONE, Key::Delete), (NONE, Key::Backspace)])

@@ -106,7 +106,7 @@ fn snapshots(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         ui.strong("Snapshots");
         let can = session.shown().is_some_and(|port| session.built(&port).is_some());
-        let add = ui.add_enabled(can, Button::new("Take").small());
+        let add = ui.add_enabled(can, Button::new("Take snapshot").small());
         if add.on_hover_text("Keep the file and the shown terrain as they are now").clicked() {
             session.take_snapshot();
         }
