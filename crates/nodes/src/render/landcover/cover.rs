@@ -87,7 +87,10 @@ impl Cover {
         let worn = 1.0 - math::lane::exp(-ground.wear * self.per_wear);
         let steep = rise((ground.slope + 2.0 * tone - self.bare_from) / self.bare_width);
         let loose = 1.0 - math::lane::exp(-ground.deposits * self.per_deposit);
+        // nothing grows or freezes under water, and all of it counts as soil
+        let emerged = if ground.water > 0.0 { 1.0 - rise(ground.water / SHORE_M) } else { 1.0 };
         let bare = (1.0 - (1.0 - steep) * (1.0 - worn)) * (1.0 - 0.85 * loose);
+        let snow = ground.snow * emerged;
 
         // belts of elevation, uneven by 60 m; exposed ground is like ground some 150 m higher
         let height = ground.height + 60.0 * patch + 150.0 * ground.exposed;
@@ -99,9 +102,9 @@ impl Cover {
         // woods keep to slopes, meadows to level ground
         let place = patch + 0.13 * (ground.slope - 18.0).clamp(-18.0, 18.0);
         let wooded = if share <= 0.0 { 0.0 } else { rise((place - threshold(share)) * 0.8 + 0.5) };
-        let trees = wooded * timber * soil_left;
+        let trees = wooded * timber * soil_left * emerged;
         let dense = (1.0 - 0.75 * self.dryness * (1.0 - wet) - 0.25 * ground.exposed).clamp(0.0, 1.0);
-        let grass = soil_left * grows * dense * rise(0.85 + 0.2 * tone);
+        let grass = soil_left * grows * dense * rise(0.85 + 0.2 * tone) * emerged;
         let plants = trees + grass * (1.0 - trees);
 
         let withered = self.dryness * (1.0 - 0.8 * wet) + 0.2 * ground.exposed + 0.08 * tone;
@@ -116,15 +119,15 @@ impl Cover {
         let mut colour = mix(earth, mix(GRASS, DRY_GRASS, straw), grass);
         colour = mix(colour, mix(BROADLEAF, CONIFER, conifers).map(|part| part * CANOPY), trees);
         colour = mix(colour, rock, bare * (1.0 - trees));
-        colour = mix(colour, SNOW, ground.snow);
+        colour = mix(colour, SNOW, snow);
         if ground.water > 0.0 {
             colour = under_water(colour, ground.water);
         }
-        let dry = 1.0 - ground.snow;
-        let stone = bare * (1.0 - plants) * dry;
+        let dry = 1.0 - snow;
+        let stone = bare * (1.0 - plants) * dry * emerged;
         let green = plants * dry;
         let [red, green_light, blue] = colour.map(|part| part.clamp(0.0, 1.0));
-        [red, green_light, blue, stone, (dry - stone - green).max(0.0), green, ground.snow]
+        [red, green_light, blue, stone, (dry - stone - green).max(0.0), green, snow]
     }
 
     /// How moist the ground is, from 0 to 1.

@@ -40,6 +40,8 @@ params! {
     deposit_depth: f64 = 1.0, Metres, 1e-3..=1e4, soft 0.05..=50.0;
     /// Drainage area from which the ground beside a stream is moist.
     moist_area: f64 = 200_000.0, SquareMetres, 1.0..=1e12, soft 1e3..=1e8;
+    /// Whether the world's sea is drawn, as deep as the terrain lies below its level.
+    sea: bool = true, One, ..;
     /// Random seed of the patches.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -75,6 +77,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Landcover",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "sea", value: "false" }] }],
     category: "render",
     summary: "Rock, soil, plants, snow and water in measured colours, by the processes that shaped the terrain.",
     doc: include_str!("page.md"),
@@ -88,6 +92,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
+    reads_sea: true,
     cpu: run,
     resolution: Resolution::Cells(
         "slopes are measured between neighbouring cells, so larger cells show less bare rock",
@@ -113,6 +118,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     }
     let surface = Surface::new(inputs.height, Method::Horn);
     let cover = Cover::new(&params, window.cell_m(), job.seed());
+    let sea_m = job.sea_level().filter(|_| params.sea).map_or(f32::NEG_INFINITY, |sea_m| sea_m as f32);
     let skipped = if wants.colour { 0 } else { 3 };
     par::each(rows, |j, mut planes| {
         job.check()?;
@@ -121,7 +127,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             let slopes = &mut slopes[..east.len()];
             slope_degrees(east, south, slopes);
             for (i, slope) in (start..).zip(&*slopes) {
-                let ground = inputs.at(j * nx + i, params.rock, *slope);
+                let ground = inputs.at(j * nx + i, params.rock, *slope, sea_m);
                 let values = cover.of(&ground, window.centre_m(i, j));
                 for (plane, value) in planes.iter_mut().zip(&values[skipped..]) {
                     plane[i] = *value;
@@ -139,10 +145,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 
 impl Inputs<'_> {
     /// What lies at a cell.
-    fn at(&self, cell: usize, rock: Rock, slope: f32) -> Ground {
+    fn at(&self, cell: usize, rock: Rock, slope: f32, sea_m: f32) -> Ground {
         let at = |field: Option<&Field>| field.map_or(0.0, |field| field.plane(0)[cell]);
+        let height = self.height.plane(0)[cell];
         Ground {
-            height: self.height.plane(0)[cell],
+            height,
             slope,
             rock: self
                 .rock_colour
@@ -153,7 +160,7 @@ impl Inputs<'_> {
             moisture: at(self.moisture),
             exposed: at(self.exposed),
             snow: at(self.snow),
-            water: at(self.water).max(0.0),
+            water: at(self.water).max(sea_m - height).max(0.0),
         }
     }
 }

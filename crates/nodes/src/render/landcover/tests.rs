@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     prelude::*,
-    testing::{at_every_level, field, outputs, run, run_in, with_params, world},
+    testing::{self, at_every_level, field, outputs, run, run_in, with_params, world},
 };
 
 fn cover(changes: &str) -> Cover {
@@ -144,5 +144,34 @@ fn ranges_that_fall_are_refused() {
     for changes in ["bare_from=50,bare_to=40", "tree_line=3000,grass_line=2000"] {
         let refused = outputs(&NODE, &with_params(&NODE, changes), &[("height", &land)]);
         assert!(matches!(refused, Err(NodeError::Failed { hint: Some(_), .. })), "{changes}");
+    }
+}
+
+/// Below the level of the world's sea lies water, as deep as a wired one of that depth; above it nothing changes.
+#[test]
+fn the_sea_is_drawn_as_deep_as_it_is() {
+    let land = field(world(64, 8, 10.0), |x, _| 0.1 * x - 30.0);
+    let depth = field(world(64, 8, 10.0), |x, _| (30.0 - 0.1 * x).max(0.0));
+    let sea = testing::at_sea(&land, 0.0);
+    let wired = outputs(&NODE, &with_params(&NODE, ""), &[("height", &land), ("water", &depth)]).expect("a cover");
+    let found = outputs(&NODE, &with_params(&NODE, ""), &[("height", &sea)]).expect("a cover");
+    let without = outputs(&NODE, &with_params(&NODE, "sea=false"), &[("height", &sea)]).expect("a cover");
+    let dry = outputs(&NODE, &with_params(&NODE, ""), &[("height", &land)]).expect("a cover");
+    let [mut wired, mut found, mut without, mut dry] = [wired, found, without, dry];
+    for name in ["colour", "weights"] {
+        let samples = |outputs: &mut Outputs| {
+            outputs.take(name).and_then(|value| value.as_field().cloned()).expect("a field").samples().to_vec()
+        };
+        let (wired, found) = (samples(&mut wired), samples(&mut found));
+        // depths that differ by a rounding of single precision
+        assert!(wired.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-5), "{name}");
+        let (without, dry) = (samples(&mut without), samples(&mut dry));
+        assert!(without == dry && found != dry, "{name}");
+        if name == "weights" {
+            // 30 m deep: soil alone
+            assert_eq!([0, 1, 2, 3].map(|plane| found[plane * 64 * 8]), [0.0, 1.0, 0.0, 0.0]);
+        }
+        // the last cells lie above the level
+        assert_eq!(found[40..64], dry[40..64], "{name}");
     }
 }
