@@ -10,6 +10,7 @@ use crate::{
     migrate::Migration,
     param::{ParamSpec, ParamValues},
     process::Process,
+    stated::Stated,
     unit::Unit,
     value::PortType,
     world::{Window, World},
@@ -61,6 +62,9 @@ pub struct Node {
     pub levels: Option<Levels>,
     /// The peak memory that its kernel allocates besides inputs and outputs.
     pub scratch: Scratch,
+    /// Refuses parameters and inputs that cannot be computed together; `None` if there are none. A check of a file asks
+    /// it about each node that an output needs, and the kernel asks it too.
+    pub refuses: Option<Refuses>,
     /// The kernel that defines its result.
     pub cpu: Kernel,
     /// The kernel for a GPU; `None` if there is none.
@@ -107,6 +111,9 @@ pub enum Below {
 /// A kernel: a pure function of the job.
 pub type Kernel = fn(&Job<'_>) -> Result<Outputs, NodeError>;
 
+/// Returns an error for what cannot be computed, whatever the terrain.
+pub type Refuses = fn(&Stated<'_>) -> Result<(), NodeError>;
+
 /// Starts a [`Process`].
 pub type Begin = fn(&Job<'_>) -> Result<Box<dyn Process>, NodeError>;
 
@@ -145,6 +152,7 @@ impl Node {
         reads_place: false,
         levels: None,
         scratch: Scratch::None,
+        refuses: None,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
         gpu: None,
         process: None,

@@ -85,6 +85,40 @@ fn invalid_graphs() {
     assert!(!place.path("out").exists());
 }
 
+/// Settings that no terrain can be computed with are found before anything runs, where an output needs them.
+#[test]
+fn check_refuses_what_cannot_be_computed() {
+    let place = Place::new();
+    let graph = |node: &str, output: &str, more: &str| {
+        format!(
+            "(format: 1, world: (size: 3200, cells: 32), nodes: {{ \"plain\": Constant(value: 700), \"it\": {node} }}, \
+             outputs: {{ \"height\": \"{output}\" }}, {more})"
+        )
+    };
+    for (node, said) in [
+        ("Distance()", "there is nothing to measure distances from"),
+        ("Match(value: \"plain\")", "nothing is wired to `reference`"),
+        ("Select(value: \"plain\", from: 3, to: 2)", "`from` is 3, above `to`, 2"),
+        ("Remap(value: \"plain\", from: (2, 2))", "both values of `from` are 2"),
+        (
+            "StreamPower(version: 12, height: \"plain\", erodibility: 1e-6, reference_rate: 0.001)",
+            "both `erodibility` and `reference_rate` are given",
+        ),
+        ("StreamPower(version: 12, height: \"plain\", method: analytical, n: 2)", "is for n = 1, and n is 2"),
+    ] {
+        place.write("g.ron", &graph(node, "it", ""));
+        let ran = place.run(&["check", "g.ron"]).ended(1, &[said, "g.ron:1:", "hint"]);
+        assert_eq!(ran.err.matches("error").count(), 1, "{}", ran.err);
+        place.run(&["run", "g.ron"]).ended(1, &[said]);
+        // unfinished, but not needed
+        place.write("g.ron", &graph(node, "plain", ""));
+        place.run(&["check", "g.ron"]).done();
+    }
+    place.write("g.ron", &graph("Match(value: \"plain\")", "it", "muted: [\"it\"]"));
+    place.run(&["check", "g.ron"]).done();
+    assert!(!place.path("out").exists());
+}
+
 #[test]
 fn invalid_requests() {
     let place = Place::new();

@@ -57,10 +57,24 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     scratch: Scratch::PerCell(8.0),
+    refuses: Some(refuses),
     cpu: run,
     example: "value: \"base\", like: uniform",
     ..Node::DEFAULT
 };
+
+/// Refuses a reference that is not wired.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let needs = Params::read(stated.params).like == Like::Reference;
+    if needs && stated.feed("reference") == Feed::Nothing { Err(unwired()) } else { Ok(()) }
+}
+
+fn unwired() -> NodeError {
+    NodeError::failed_with_hint(
+        "nothing is wired to `reference`",
+        "wire the field whose distribution is wanted, or write `like: uniform` or `like: normal`",
+    )
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, reference, mask } = Inputs::read(job)?;
@@ -124,10 +138,7 @@ impl Target {
         match like {
             Like::Reference => {
                 let Some(reference) = reference else {
-                    return Err(NodeError::failed_with_hint(
-                        "nothing is wired to `reference`",
-                        "wire the field whose distribution is wanted, or write `like: uniform` or `like: normal`",
-                    ));
+                    return Err(unwired());
                 };
                 let mut sorted = copied(reference.samples())?;
                 par::sort(&mut sorted);

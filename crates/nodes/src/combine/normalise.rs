@@ -52,6 +52,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    refuses: Some(refuses),
     cpu: run,
     gpu: Some(&GPU),
     example: "value: \"base\", measure: percentiles, to: (200, 1500)",
@@ -89,7 +90,20 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     Ok(())
 }
 
+/// Refuses percentiles between which nothing lies.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let Params { measure, percentiles: [low, high], .. } = Params::read(stated.params);
+    if measure == Measure::Percentiles && low >= high {
+        return Err(NodeError::failed_with_hint(
+            format!("nothing lies between percentile {low} and percentile {high}"),
+            "give `percentiles` two numbers of which the second is higher",
+        ));
+    }
+    Ok(())
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    refuses(&Stated::of_job(job))?;
     let params = Params::read(job.params);
     let value = Inputs::read(job)?.value;
     let [low, high] = ends(&params, value.samples(), job.window().nx())?;
@@ -120,12 +134,6 @@ fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeErr
         }
         Measure::Percentiles => {
             let [low, high] = params.percentiles;
-            if low >= high {
-                return Err(NodeError::failed_with_hint(
-                    format!("nothing lies between percentile {low} and percentile {high}"),
-                    "give `percentiles` two numbers of which the second is higher",
-                ));
-            }
             let mut sorted = samples.to_vec();
             Ok([low, high].map(|percent| {
                 let rank = (0.01 * percent * (sorted.len() - 1) as f64).round() as usize;

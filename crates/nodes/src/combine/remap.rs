@@ -81,6 +81,7 @@ pub static NODE: Node = Node {
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
+    refuses: Some(refuses),
     cpu: run,
     gpu: Some(&GPU),
     example: "value: \"base\", from: (0, 2000), to: (1e-6, 1e-5), quantity: erodibility, spacing: logarithmic",
@@ -161,8 +162,9 @@ impl Params {
     }
 }
 
-fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let params = Params::read(job.params);
+/// Refuses ranges between which nothing lies.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let params = Params::read(stated.params);
     let ([from0, from1], [to0, to1]) = (params.from, params.to);
     if from0 == from1 {
         return Err(NodeError::failed_with_hint(
@@ -170,13 +172,20 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             "give `from` two different values",
         ));
     }
-    let logarithmic = params.spacing == Spacing::Logarithmic;
-    if logarithmic && (to0 <= 0.0 || to1 <= 0.0) {
+    if params.spacing == Spacing::Logarithmic && (to0 <= 0.0 || to1 <= 0.0) {
         return Err(NodeError::failed_with_hint(
             format!("a logarithmic spacing from {to0} to {to1} does not exist"),
             "make both values of `to` greater than 0, or choose `spacing: linear`",
         ));
     }
+    Ok(())
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let ([from0, from1], [to0, to1]) = (params.from, params.to);
+    refuses(&Stated::of_job(job))?;
+    let logarithmic = params.spacing == Spacing::Logarithmic;
     let map = Map {
         from0,
         from1,

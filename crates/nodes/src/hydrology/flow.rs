@@ -109,6 +109,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     reads_sea: true,
     scratch: Scratch::Bytes(scratch::scratch),
+    refuses: Some(refuses),
     cpu: run,
     gpu: Some(&device::GPU),
     resolution: Resolution::Cells(
@@ -121,17 +122,24 @@ pub static NODE: Node = Node {
 /// Seconds of a year of 365.25 days.
 const SECONDS_PER_YEAR: f64 = 31_557_600.0;
 
-fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let params = Params::read(job.params);
-    let Inputs { height, runoff } = Inputs::read(job)?;
-    let land = height.samples();
-    let grid = Grid::new(&job.window())?;
+/// Refuses jumps of water that spreads.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let params = Params::read(stated.params);
     if params.depressions == Sinks::Jump && params.routing != Routing::D8 {
         return Err(NodeError::failed_with_hint(
             "water that spreads over several receivers cannot jump out of depressions",
             "set `routing: d8`, or other `depressions`",
         ));
     }
+    Ok(())
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let Inputs { height, runoff } = Inputs::read(job)?;
+    let land = height.samples();
+    let grid = Grid::new(&job.window())?;
+    refuses(&Stated::of_job(job))?;
 
     let wants = Wants::of(job);
     let gathers = [wants.area || wants.flow, wants.discharge || wants.flow];

@@ -58,6 +58,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
+    refuses: Some(refuses),
     cpu: run,
     resolution: Resolution::Cells("regions that connect across one cell may not connect across smaller ones"),
     example: "selection: \"mask\", least_area: 3e6",
@@ -70,14 +71,21 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     sizing.cells(4.0 + if Params::read(sizing.params).least_hole > 0.0 { 1.0 } else { 0.0 })
 }
 
-fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let params = Params::read(job.params);
+/// Refuses a range that falls.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let params = Params::read(stated.params);
     if params.least_area > params.most_area {
         return Err(NodeError::failed_with_hint(
             format!("`least_area` is {} m², above `most_area`, {} m²", params.least_area, params.most_area),
             "exchange the two",
         ));
     }
+    Ok(())
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    refuses(&Stated::of_job(job))?;
     let selection = Inputs::read(job)?.selection.samples();
     let cell_m2 = job.cell_m() * job.cell_m();
     let corners = params.connection == Connection::Corners;

@@ -62,6 +62,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Params::read(params).limit + cell_m),
     scratch: Scratch::Bytes(scratch),
+    refuses: Some(refuses),
     cpu: run,
     gpu: Some(&GPU),
     resolution: Resolution::Cells("the edge of the selection runs along the edges of cells"),
@@ -199,7 +200,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// The failure without any input.
+/// Refuses a node without any input.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    if [stated.feed("selection"), stated.feed("lines")] == [Feed::Nothing; 2] {
+        return Err(nothing());
+    }
+    Ok(())
+}
+
 fn nothing() -> NodeError {
     let hint = "wire a mask into `selection`, or lines into `lines`";
     NodeError::failed_with_hint("there is nothing to measure distances from", hint)

@@ -54,6 +54,7 @@ pub static NODE: Node = Node {
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
+    refuses: Some(refuses),
     cpu: run,
     gpu: Some(&GPU),
     example: "value: \"base\", from: 800, to: 1400, falloff: 150",
@@ -91,14 +92,21 @@ impl Params {
     }
 }
 
-fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let params = Params::read(job.params);
+/// Refuses a range that falls.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let params = Params::read(stated.params);
     if params.from > params.to {
         return Err(NodeError::failed_with_hint(
             format!("`from` is {}, above `to`, {}", params.from, params.to),
             "exchange the two, and set `invert: true` to select what is outside",
         ));
     }
+    Ok(())
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    refuses(&Stated::of_job(job))?;
     let logarithmic = params.scale == Scale::Logarithmic;
     let range = params.range();
     let (values, nx) = (Inputs::read(job)?.value.samples(), job.window().nx());

@@ -46,6 +46,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
+    refuses: Some(refuses),
     cpu: run,
     gpu: Some(&GPU),
     resolution: Resolution::Cells(
@@ -72,14 +73,21 @@ static GPU: GpuKernel = GpuKernel {
     tolerance: &[Tolerance::absolute(2e-4), Tolerance::absolute(1e-3).except(0.005)],
 };
 
-fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let params = Params::read(job.params);
+/// Refuses a range that falls.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let params = Params::read(stated.params);
     if params.from > params.to {
         return Err(NodeError::failed_with_hint(
             format!("`from` is {}°, above `to`, {}°", params.from, params.to),
             "exchange the two",
         ));
     }
+    Ok(())
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    refuses(&Stated::of_job(job))?;
     let surface = Surface::new(Inputs::read(job)?.height, params.method);
     let mut slope = zeroed(job.window().len())?;
     par::rows_within(job, [0.0, 0.8], &mut slope, |j, row| {

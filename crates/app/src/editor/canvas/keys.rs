@@ -129,11 +129,9 @@ impl Canvas {
         let names: BTreeSet<String> = session.selection().map(str::to_owned).collect();
         match action {
             Action::Add => self.ask_for_node(ui, lens),
-            Action::Copy => {
-                self.copy(ui, session, &names);
-            }
-            Action::Cut => {
-                if self.copy(ui, session, &names) {
+            Action::Copy | Action::Cut => {
+                let copied = self.copy(ui, session, &names);
+                if copied && action == Action::Cut {
                     self.delete(ui, session, &names);
                 }
             }

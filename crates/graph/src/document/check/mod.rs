@@ -9,6 +9,7 @@ pub(crate) mod muted;
 mod nodes;
 mod outputs;
 pub(crate) mod problems;
+mod refused;
 pub(crate) mod sea;
 pub(crate) mod wires;
 pub(crate) mod world;
@@ -251,6 +252,7 @@ impl Checker<'_> {
             muted::check(&self.out.graph, &muted, &self.out.nodes, &outputs, &mut self.problems);
             self.out.muted = muted;
         }
+        self.refused(&named);
         if let Some(item) = root.get("layout")
             && let Some(group) = self.map(&item.value, "layout", "`{ \"node\": (0, 0), … }`")
         {

@@ -15,40 +15,47 @@ const FIRST_ROUNDS: u32 = 32;
 /// Rounds on each finer level; more bring cell counts no closer together.
 const ROUNDS: u32 = 2;
 
-/// Refuses what the solution does not know.
+/// Refuses settings that the solution does not know.
+///
+/// # Errors
+/// What it is, and what to do.
+pub fn refuses(params: &Params, settles: bool, has_strata: bool) -> Result<(), NodeError> {
+    if params.n != 1.0 {
+        return refuse(&format!("is for n = 1, and n is {}", params.n), "leave `n` at its default");
+    }
+    if settles {
+        return refuse("does not support deposition", "leave `deposition` at its default");
+    }
+    if params.uplift_course.0.iter().any(|[_, factor]| *factor != params.uplift_course.0[0][1]) {
+        return refuse("does not support uplift that changes with time", "leave `uplift_course` at its default");
+    }
+    if has_strata {
+        return refuse("does not support rock in depth", "leave `strata` unwired");
+    }
+    Ok(())
+}
+
+/// Refuses what the solution does not know of the inputs.
 ///
 /// # Errors
 /// What it is, and what to do.
 fn check(inputs: &Inputs<'_>, params: &Params, sea_level: Option<f64>) -> Result<(), NodeError> {
-    let refuse = |what: String, way: &str| {
-        Err(NodeError::failed_with_hint(
-            format!("`method: analytical` {what}"),
-            format!("{way}, or use `method: implicit`"),
-        ))
-    };
-    if params.n != 1.0 {
-        return refuse(format!("is for n = 1, and n is {}", params.n), "leave `n` at its default");
-    }
-    if inputs.deposition.constant().is_none_or(|g| g > 0.0) {
-        return refuse("does not support deposition".to_owned(), "leave `deposition` at its default");
-    }
-    if params.uplift_course.0.iter().any(|[_, factor]| *factor != params.uplift_course.0[0][1]) {
-        return refuse(
-            "does not support uplift that changes with time".to_owned(),
-            "leave `uplift_course` at its default",
-        );
-    }
-    if inputs.strata.is_some() {
-        return refuse("does not support rock in depth".to_owned(), "leave `strata` unwired");
-    }
+    refuses(params, inputs.deposition.constant().is_none_or(|g| g > 0.0), inputs.strata.is_some())?;
     let under = |level: f64| inputs.height.samples().iter().any(|&height| f64::from(height) < level);
     if sea_level.is_some_and(under) {
         return refuse(
-            "does not support a sea, and terrain lies below the world's sea level".to_owned(),
+            "does not support a sea, and terrain lies below the world's sea level",
             "lower the world's `sea_level`",
         );
     }
     Ok(())
+}
+
+fn refuse(what: &str, way: &str) -> Result<(), NodeError> {
+    Err(NodeError::failed_with_hint(
+        format!("`method: analytical` {what}"),
+        format!("{way}, or use `method: implicit`"),
+    ))
 }
 
 /// Puts the land at its age. `level` is 0 on the coarsest level and on a single grid; on finer levels the land is that

@@ -284,6 +284,7 @@ pub static NODE: Node = Node {
     reads_sea: true,
     levels: Some(levels::LEVELS),
     scratch: Scratch::Bytes(memory::scratch),
+    refuses: Some(refuses),
     cpu: run,
     resolution: Resolution::Cells(
         "on levels, heights differ by some percent of their standard deviation; with `schedule: full`, each number of \
@@ -299,6 +300,20 @@ const MAX_STEPS: f64 = 10_000.0;
 const SHORT_RUN: f64 = 0.05;
 /// Rates of a shorter step are computed for this length, so that they are finite.
 const SHORTEST_YR: f64 = 1e-30;
+
+/// Refuses two ways to say how easily the rock erodes, and what the analytical method does not know.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let [rate, erodibility, deposition] = ["reference_rate", "erodibility", "deposition"].map(|name| stated.feed(name));
+    let is_given = |feed: Feed, default: f64| matches!(feed, Feed::Number(number) if number != default);
+    if is_given(rate, 0.0) && is_given(erodibility, DEFAULT_ERODIBILITY) {
+        return Err(rock::given_twice());
+    }
+    let params = Params::read(stated.params);
+    if params.method == Method::Analytical {
+        analytical::refuses(&params, is_given(deposition, 0.0), stated.feed("strata") != Feed::Nothing)?;
+    }
+    Ok(())
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

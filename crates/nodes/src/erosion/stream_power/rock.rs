@@ -55,10 +55,7 @@ impl<'a> Rock<'a> {
         } else if erodibility.constant() == Some(DEFAULT_ERODIBILITY as f32) {
             (rate, erodibility_of_unit_rate(params.m, params.n))
         } else {
-            return Err(NodeError::failed_with_hint(
-                "both `erodibility` and `reference_rate` are given",
-                "leave one of them out: each says how easily the rock erodes",
-            ));
+            return Err(given_twice());
         };
         let seed = job.seed();
         let deviation = params.variation;
@@ -126,6 +123,14 @@ impl<'a> Rock<'a> {
     fn erodibility_of(&self, given: f32) -> f64 {
         f64::from(given).max(0.0) * self.per_given
     }
+}
+
+/// The failure with both the erodibility and the reference rate.
+pub fn given_twice() -> NodeError {
+    NodeError::failed_with_hint(
+        "both `erodibility` and `reference_rate` are given",
+        "leave one of them out: each says how easily the rock erodes",
+    )
 }
 
 /// K at which the reference river is cut by 1 m/yr: 1 / (Aᵐ Sⁿ).

@@ -82,6 +82,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
+    refuses: Some(refuses),
     cpu: run,
     example: "height: \"base\", slope: 2500, seed: 3",
     ..Node::DEFAULT
@@ -99,16 +100,22 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     sizing.cells(4.0 * f64::from(noises))
 }
 
-fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let Inputs { height, distance: wired } = Inputs::read(job)?;
-    let params = Params::read(job.params);
-    let window = job.window();
-    if params.form == Form::Outline && wired.is_none() {
+/// Refuses an outline that is not wired.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    if Params::read(stated.params).form == Form::Outline && stated.feed("distance") == Feed::Nothing {
         return Err(NodeError::failed_with_hint(
             "there is no outline",
             "wire the distance of `Shape` to `distance`, or choose another `form`",
         ));
     }
+    Ok(())
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, distance: wired } = Inputs::read(job)?;
+    let params = Params::read(job.params);
+    let window = job.window();
+    refuses(&Stated::of_job(job))?;
     let size = window.world.size;
     let noise = |wavelength_m: f64, octaves: i64, seed: u32| {
         let fractal = Fractal { wavelength_m, octaves, lacunarity: 2.0, gain: 0.5, tileable: false, seed };

@@ -96,6 +96,7 @@ pub static NODE: Node = Node {
     }),
     reads_sea: true,
     scratch: Scratch::Bytes(scratch),
+    refuses: Some(refuses),
     cpu: run,
     gpu: Some(&device::GPU),
     resolution: Resolution::Cells(
@@ -179,15 +180,22 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     if params.shadows > 0.0 { shade + rays(&params, &sizing.window.world).bytes(&sizing.window) } else { shade }
 }
 
-fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let Inputs { height, wet } = Inputs::read(job)?;
-    let params = Params::read(job.params);
+/// Refuses a range of tints that falls.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let params = Params::read(stated.params);
     if params.low > params.high {
         return Err(NodeError::failed_with_hint(
             format!("`low` is {} m, above `high`, {} m", params.low, params.high),
             "exchange the two",
         ));
     }
+    Ok(())
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, wet } = Inputs::read(job)?;
+    let params = Params::read(job.params);
+    refuses(&Stated::of_job(job))?;
     let (window, wants) = (job.window(), Wants::of(job));
     let (mut shade, mut colour) =
         (zeroed(window.len())?, if wants.colour { zeroed(3 * window.len())? } else { Vec::new() });

@@ -93,6 +93,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     reads_sea: true,
+    refuses: Some(refuses),
     cpu: run,
     resolution: Resolution::Cells(
         "slopes are measured between neighbouring cells, so larger cells show less bare rock",
@@ -101,10 +102,16 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
+/// Refuses ranges that fall.
+fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
+    let params = Params::read(stated.params);
+    rises(("bare_from", params.bare_from, "°"), ("bare_to", params.bare_to, "°"))?;
+    rises(("tree_line", params.tree_line, " m"), ("grass_line", params.grass_line, " m"))
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (inputs, params, wants) = (Inputs::read(job)?, Params::read(job.params), Wants::of(job));
-    rises(("bare_from", params.bare_from, "°"), ("bare_to", params.bare_to, "°"))?;
-    rises(("tree_line", params.tree_line, " m"), ("grass_line", params.grass_line, " m"))?;
+    refuses(&Stated::of_job(job))?;
     let window = job.window();
     let (nx, len) = (window.nx(), window.len());
     let mut colours = vec![0.0; if wants.colour { 3 * len } else { 0 }];
