@@ -93,6 +93,16 @@ fn a_failing_node_is_named_with_its_place() {
 }
 
 #[test]
+fn the_remedy_of_a_wrong_setting_is_its_help() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let ran = place.run(&["run", "g.ron", "--json", "--set", "plian.value=3"]).ended(1, &["did you mean `plain`?"]);
+    let line = json_lines(&ran.out).pop().expect("a line");
+    assert_eq!(line["help"], "did you mean `plain`?", "{line}");
+    assert!(line["message"].as_str().is_some_and(|message| message.ends_with("no node `plian`")), "{line}");
+}
+
+#[test]
 fn the_schema_and_a_file_in_its_form() {
     let place = Place::new();
     place.write("g.ron", SMALL);

@@ -167,7 +167,7 @@ fn sweeps_that_would_overwrite_files_are_refused() {
     refused(&["--sweep", "seed=1..3", "-o", "out/{seeds}/{seed}"], &["`{seeds}`", "the sweeps are `{seed}`"]);
     refused(&["--sweep", "top=1,2 km", "-o", "out/{top}"], &["--sweep top=2 km"]);
     refused(&["--sweep", "top=1,1", "-o", "out/{top}"], &["would both be written to `out/1`"]);
-    refused(&["--sweep", "tip=1,2", "-o", "out/{tip}"], &["no parameter `tip`; did you mean `top`?"]);
+    refused(&["--sweep", "tip=1,2", "-o", "out/{tip}"], &["did you mean `top`?"]);
     refused(&["--sweep", "top=1..9000", "-o", "out/{top}"], &["but must be a plain number from 0 to 2000"]);
     refused(&["--sweep", "seed=1,x", "-o", "out/{seed}"], &["a seed is a whole number"]);
     refused(&["-o", "out/{seed}"], &["`{seed}`", "add `--sweep seed=VALUES`"]);

@@ -139,7 +139,12 @@ impl Rows for Grid<'_> {
                 };
                 let value: f32 = parse(word).ok_or_else(|| {
                     let (row, column) = (at / columns + 1, at % columns + 1);
-                    Problem::damaged(format!("`{}` in row {row}, column {column} is not a number", excerpt(word)))
+                    let place = format!("`{}` in row {row}, column {column}", excerpt(word));
+                    if word.contains(&b',') {
+                        let (what, remedy) = (format!("a decimal comma ({place})"), "write decimals with a point");
+                        return Problem::Unsupported { what, remedy };
+                    }
+                    Problem::damaged(format!("{place} is not a number"))
                 })?;
                 *sample = if self.nodata == Some(value) { f32::NAN } else { value };
             }
@@ -258,6 +263,7 @@ mod tests {
         assert!(message(b"ncols 2 height 3").contains("`height`"));
         assert!(message(b"height 3").contains("does not begin with `ncols`"), "what is no grid is not quoted");
         assert!(message(b"").contains("ncols"));
+        assert!(message(b"ncols 2 nrows 1 1,5 2").contains("a decimal comma (`1,5` in row 1, column 1)"));
         let long = [&b"ncols 2 nrows 1 1 "[..], &[b'1'; 9000]].concat();
         assert!(message(&long).contains("row 1, column 2"));
     }

@@ -115,7 +115,12 @@ impl Setting {
             Some((node, name)) => Edit::SetText { node: node.to_owned(), name: name.to_owned(), text: value.clone() },
             None => Edit::SetNamed { name: place.clone(), text: value.clone() },
         };
-        document.apply(&edit).map_err(|error| Failure::wrong(format!("`{option} {place}={value}`: {error}")))
+        document.apply(&edit).map_err(|error| {
+            let (text, hint) = (error.to_string(), error.hint());
+            let end = hint.as_ref().map_or_else(String::new, |hint| format!("; {hint}"));
+            let what = text.strip_suffix(&end).unwrap_or(&text);
+            Failure { hint, ..Failure::wrong(format!("`{option} {place}={value}`: {what}")) }
+        })
     }
 }
 

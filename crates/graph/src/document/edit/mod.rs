@@ -227,7 +227,7 @@ pub enum EditError {
     #[error("the file has syntax errors, which must be fixed by hand first: {0}")]
     Notation(String),
     /// There is no such node.
-    #[error("there is no node `{name}`{}", hint_text(.suggestion.as_deref().map(|near| format!("did you mean `{near}`?")).as_deref()))]
+    #[error("there is no node `{name}`{}", hint_text(self.hint().as_deref()))]
     UnknownNode {
         /// The requested name.
         name: String,
@@ -259,6 +259,18 @@ pub enum EditError {
         /// A possible remedy.
         hint: Option<String>,
     },
+}
+
+impl EditError {
+    /// The remedy at the end of its text, if it has one.
+    #[must_use]
+    pub fn hint(&self) -> Option<String> {
+        match self {
+            Self::UnknownNode { suggestion, .. } => suggestion.as_ref().map(|near| format!("did you mean `{near}`?")),
+            Self::UnknownParameter { hint, .. } | Self::Refused { hint, .. } => hint.clone(),
+            Self::Notation(_) | Self::UnknownOutput(_) | Self::UnknownFrame(_) | Self::Placeholder(_) => None,
+        }
+    }
 }
 
 fn hint_text(hint: Option<&str>) -> String {

@@ -67,7 +67,7 @@ impl Inland {
         self.outer.len()
     }
 
-    /// The same job on the world with its margin, watched by `glimpses`. [`Self::tell`] passes its warnings on.
+    /// The same job on the world with its margin, watched by `glimpses`. [`Self::forward_warnings`] passes its warnings on.
     #[must_use]
     pub fn job<'a>(&self, job: &'a Job<'_>, glimpses: Option<Glimpses<'a>>) -> Job<'a> {
         let inputs = job.node.inputs.iter().zip(&job.inputs).map(|(input, value)| match value {
