@@ -63,7 +63,7 @@ pub struct Node {
     /// The peak memory that its kernel allocates besides inputs and outputs.
     pub scratch: Scratch,
     /// Refuses parameters and inputs that cannot be computed together; `None` if there are none. A check of a file asks
-    /// it about each node that an output needs, and the kernel asks it too.
+    /// it about each node that an output needs, so that a warning comes before the run. The kernel refuses the same.
     pub refuses: Option<Refuses>,
     /// The kernel that defines its result.
     pub cpu: Kernel,

@@ -20,10 +20,10 @@ use crate::{
 
 /// Measures a height file and compares it with a reference
 ///
-/// Reads GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32. Cells without data are not measured; for
-/// the score they are filled. The manual describes each measure: see the nodes of the category `measure` (`orograph
-/// nodes`), which run with their defaults. Curves and histograms are in the JSON; `--plots` draws them. With a sea
-/// (from the JSON beside the heights, or `--sea`), only the terrain above it is measured.
+/// Reads GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32. Cells without data are not measured, and
+/// water leaves there. The manual describes each measure: see the nodes of the category `measure` (`orograph nodes`),
+/// which run with their defaults. Curves and histograms are in the JSON; `--plots` draws them. With a sea (from the
+/// JSON beside the heights, or `--sea`), only the terrain above it is measured.
 ///
 /// The score tells how realistic the terrain is: 1 is real land. With `--against`, the column `spreads` has the
 /// distance of each measure in units of its natural spread, both averaged to cells of 90 m; see `Compare` in the

@@ -48,12 +48,17 @@ impl Args {
             Err(error) => return wrong(error.to_string(), error.remedy().to_owned()),
         };
         if let Some(cell_m) = self.scale.cell {
-            head = Head { cell: Some(Cell::Metres([cell_m; 2])), origin: None, epsg: None, notes: Vec::new(), ..head };
+            head = Head { cell: Some(Cell::Metres([cell_m; 2])), origin: None, epsg: None, ..head };
+            head.notes.retain(|note| !raster::is_about_units(note));
         }
         let has_codes = head.coding.is_some_and(|coding| coding.range.is_none());
         if has_codes && self.scale.range.is_none() {
             let what = format!("`{}` has integer codes without a height range", file.display());
             return wrong(what, "add the range: `--range 0,2500`".to_owned());
+        }
+        if !has_codes && self.scale.range.is_some() {
+            let what = format!("`--range` has no effect: `{}` states its heights", file.display());
+            return wrong(what, "leave it out".to_owned());
         }
         let extent = match raster::extent(&head) {
             Ok(extent) => extent,

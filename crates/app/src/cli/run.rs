@@ -95,7 +95,7 @@ impl Args {
         }
         // A single run needs no result twice, so memory caches nothing.
         let begin = || {
-            sweep::check_template(&[], &self.args.out)?;
+            sweep::check_without_sweep(&request, &self.args.out)?;
             Ok((Builder::new(&self.args.means, 0)?, stop::on_interrupt()?))
         };
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;

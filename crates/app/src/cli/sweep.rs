@@ -198,20 +198,14 @@ pub fn variants(
 }
 
 /// Refuses a folder with unknown names in braces, and a folder that several terrains would share.
-///
-/// # Errors
-/// When the folder is refused.
-pub(super) fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
+fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
     let text = template.to_string_lossy();
     let mut rest = &*text;
     while let Some((name, after)) = rest.split_once('{').and_then(|(_, after)| after.split_once('}')) {
         if !sweeps.iter().any(|sweep| sweep.place == name) {
             let known: Vec<String> = sweeps.iter().map(|sweep| format!("`{{{}}}`", sweep.place)).collect();
-            let failure = Failure::wrong(format!("`{{{name}}}` in `{text}` is not the name of a sweep"));
-            return Err(match &known[..] {
-                [] => failure.hint(format!("add `--sweep {name}=VALUES`, or choose a folder without braces")),
-                known => failure.hint(format!("the sweeps are {}", known.join(", "))),
-            });
+            return Err(Failure::wrong(format!("`{{{name}}}` in `{text}` is not the name of a sweep"))
+                .hint(format!("the sweeps are {}", known.join(", "))));
         }
         rest = after;
     }
@@ -229,6 +223,21 @@ pub(super) fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Fa
         .hint(format!("name the folder by the value: `-o \"{all}\"`")));
     }
     Ok(())
+}
+
+/// Refuses a new folder that is named by a value, as in a sweep, although there is no sweep.
+///
+/// # Errors
+/// When the folder is refused.
+pub(super) fn check_without_sweep(request: &Request, folder: &Path) -> Result<(), Failure> {
+    let text = folder.to_string_lossy();
+    let parameters = request.document.parameters().iter().map(|parameter| parameter.name.as_str());
+    let name = parameters.chain([SEED]).find(|name| text.contains(&format!("{{{name}}}")));
+    match name.filter(|_| !folder.exists()) {
+        Some(name) => Err(Failure::wrong(format!("`{text}` is named by `{name}`, but there is no sweep"))
+            .hint(format!("add `--sweep {name}=VALUES`, or choose another folder"))),
+        None => Ok(()),
+    }
 }
 
 /// The folder of a terrain: `{name}` is replaced by the value; characters that file names cannot have become `_`.

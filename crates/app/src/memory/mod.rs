@@ -1,7 +1,7 @@
 //! The program's allocator, and the end of the program when memory runs out.
 //!
-//! Most large allocations can be refused ([`orograph_graph::memory`]), which becomes an ordinary error. Others are
-//! small: a name, a message, a thread's queue. If the system refuses one of those, the program cannot continue, and
+//! Most large allocations can be refused ([`orograph_graph::memory`]), which becomes an ordinary error. Small ones (a
+//! name, a message, a thread's queue) cannot. If the system refuses one of those, the program cannot continue, and
 //! cannot do anything that needs memory, such as unwinding or formatting a message. It then prints the running nodes
 //! and a hint (with `--json` also as the last line), removes unfinished files, and exits with code 2. The journal of
 //! the editor stays; it is always complete up to its last entry.

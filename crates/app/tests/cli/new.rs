@@ -47,6 +47,9 @@ fn a_bare_heightmap_gets_its_scale_from_the_command_line() {
     assert!(place.read("g.ron").contains("cell: 30, range: (0, 1200)"), "{}", place.read("g.ron"));
     let ran = place.run(&["run", "g.ron", "-o", "out", "--format", "png8"]).done();
     assert!(ran.err.contains("png8 has 256 levels"), "{}", ran.err);
+    let model = repository("tests/data/bigtujunga_i16_tiled.tif");
+    let known = ["new", model.to_str().expect("a name"), "-o", "h.ron", "--range", "0,9"];
+    place.run(&known).ended(1, &["`--range` has no effect"]);
     let both = ["new", "bare.png", "bare.png", "-o", "h.ron", "--cell", "30"];
     place.run(&both).ended(1, &["`--cell` is for a single elevation model"]);
 }

@@ -170,7 +170,7 @@ fn sweeps_that_would_overwrite_files_are_refused() {
     refused(&["--sweep", "tip=1,2", "-o", "out/{tip}"], &["did you mean `top`?"]);
     refused(&["--sweep", "top=1..9000", "-o", "out/{top}"], &["but must be a plain number from 0 to 2000"]);
     refused(&["--sweep", "seed=1,x", "-o", "out/{seed}"], &["a seed is a whole number"]);
-    refused(&["-o", "out/{seed}"], &["`{seed}`", "add `--sweep seed=VALUES`"]);
+    refused(&["-o", "out/{seed}"], &["named by `seed`", "add `--sweep seed=VALUES`"]);
     refused(&["--sweep", "seed=1,2", "--seed", "3", "-o", "out/{seed}"], &["both set and swept"]);
 }
 

@@ -152,12 +152,12 @@ pub struct Heights {
 }
 
 impl Heights {
-    /// Returns the heights with NaN where the raster has no data.
+    /// Returns the heights with NaN where the raster has no data, or data in a part of the cell only.
     #[must_use]
     pub fn with_voids(self) -> Field {
         let Some(data) = self.data else { return self.field };
         let cells = self.field.samples().iter().zip(data.samples());
-        let samples = cells.map(|(&height, &data)| if data < 0.5 { f32::NAN } else { height });
+        let samples = cells.map(|(&height, &data)| if data < 1.0 { f32::NAN } else { height });
         Field::new(*self.field.window(), samples.collect())
     }
 }

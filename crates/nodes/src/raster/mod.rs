@@ -189,6 +189,12 @@ const ASSUMED_DEGREES: &str =
 const ASSUMED_METRES: &str = "the file names no coordinate system; its coordinates are taken as metres, but could be degrees: \
                               then put a .prj file beside it";
 
+/// Returns true if a note of a head says what its coordinates are taken for.
+#[must_use]
+pub fn is_about_units(note: &str) -> bool {
+    [ASSUMED_DEGREES, ASSUMED_METRES].contains(&note)
+}
+
 /// Returns true if a grid of unknown reference system appears to be in longitude and latitude: its cells are at most a
 /// tenth of a degree, and all of it lies on the globe. A survey in metres with its origin at zero and a width of a few
 /// dozen metres looks the same; in that case, set the cell size in the graph.

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{ASSUMED_DEGREES, ASSUMED_METRES, Cell, Head, Problem, Projection, RasterError, sidecar::Beside};
+use super::{Cell, Head, Problem, Projection, RasterError, is_about_units, sidecar::Beside};
 
 /// Maximum size of the file, which is a line; larger files are something else.
 const MOST_BYTES: u64 = 1 << 16;
@@ -96,7 +96,7 @@ pub(super) fn is_grid(path: &Path) -> bool {
 
 fn place(epsg: u32, head: &mut Head) {
     head.epsg = Some(epsg);
-    head.notes.retain(|note| note != ASSUMED_DEGREES && note != ASSUMED_METRES);
+    head.notes.retain(|note| !is_about_units(note));
     let Some(Cell::Metres(cell) | Cell::Degrees(cell) | Cell::Mercator(cell)) = head.cell else { return };
     head.cell = Some(match Projection::of(epsg) {
         _ if epsg == 3857 => Cell::Mercator(cell),

@@ -42,7 +42,7 @@ pub(crate) fn passed_input(graph: &Graph, node: NodeIndex, wired: impl Fn(usize)
 
 /// The replacements of outputs of muted nodes.
 #[derive(Default)]
-struct Behind {
+pub(super) struct Behind {
     /// By muted node: the input whose wire it passes on, and the output at the other end, which belongs to a node that
     /// is not muted.
     passed: HashMap<NodeIndex, (usize, Port)>,
@@ -50,7 +50,7 @@ struct Behind {
 
 impl Behind {
     /// Sources come before the nodes that they feed, so one pass is sufficient.
-    fn new(graph: &Graph, muted: &Muted) -> Self {
+    pub(super) fn new(graph: &Graph, muted: &Muted) -> Self {
         let mut behind = Self::default();
         for node in graph.topological().into_iter().filter(|node| muted.contains_key(node)) {
             let source = |position| behind.port(muted, graph.source(node, position)?);
@@ -62,7 +62,7 @@ impl Behind {
     }
 
     /// The output that replaces an output. Returns None when a muted node passes nothing on.
-    fn port(&self, muted: &Muted, port: Port) -> Option<Port> {
+    pub(super) fn port(&self, muted: &Muted, port: Port) -> Option<Port> {
         if !muted.contains_key(&port.node) {
             return Some(port);
         }

@@ -26,6 +26,7 @@ use crate::{
         },
     },
     graph::Instance,
+    migrate::Step,
     node::Node,
     param::{Kind, ParamSpec, ParamValue},
     world::bytes,
@@ -148,8 +149,10 @@ impl Checker<'_> {
     }
 
     fn known_version(&mut self, node: &Node, entry: &NodeEntry, body: Option<&Group>) -> Option<u32> {
-        let differs = node.migrations.iter().any(|migration| !migration.steps.is_empty());
-        if differs && body.is_none_or(|group| group.get("version").is_none()) {
+        let is_given = |name: &str| body.is_some_and(|group| group.get(name).is_some());
+        let mut steps = node.migrations.iter().flat_map(|migration| migration.steps);
+        let differs = steps.any(|step| matches!(step, Step::Keep { name, .. } if !is_given(name)));
+        if differs && !is_given("version") {
             self.warn_of_first_version(node, entry);
         }
         let Some(group) = body else { return Some(1) };
@@ -362,7 +365,7 @@ impl Checker<'_> {
             let input = node.inputs[position].name;
             if named.contains(&(index, input)) {
                 let message =
-                    format!("nothing is wired into `{}.{input}` , so only another graph can use this file", entry.name);
+                    format!("nothing is wired into `{}.{input}`, so only another graph can use this file", entry.name);
                 let problem = Diagnostic::warning("open-input", entry.kind_span.clone(), message);
                 self.problems.push(problem.hint("wire a fallback to it, used when the file is built by itself"));
                 continue;

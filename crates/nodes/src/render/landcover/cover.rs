@@ -47,6 +47,7 @@ pub(super) struct Cover {
     per_wear: f32,
     per_deposit: f32,
     moist_area: f32,
+    bare_water: bool,
     /// Patches of forest and grass.
     patches: Octaves,
     /// Changes of tone within them.
@@ -72,6 +73,7 @@ impl Cover {
             per_wear: (1.0 / params.wear_depth) as f32,
             per_deposit: (1.0 / params.deposit_depth) as f32,
             moist_area: params.moist_area as f32,
+            bare_water: params.bare_water,
             patches: octaves(params.patch_size, 0x51),
             tones: octaves(0.31 * params.patch_size, 0x52),
         }
@@ -88,7 +90,7 @@ impl Cover {
         let steep = rise((ground.slope + 2.0 * tone - self.bare_from) / self.bare_width);
         let loose = 1.0 - math::lane::exp(-ground.deposits * self.per_deposit);
         // nothing grows or freezes under water, and all of it counts as soil
-        let emerged = if ground.water > 0.0 { 1.0 - rise(ground.water / SHORE_M) } else { 1.0 };
+        let emerged = if self.bare_water && ground.water > 0.0 { 1.0 - rise(ground.water / SHORE_M) } else { 1.0 };
         let bare = (1.0 - (1.0 - steep) * (1.0 - worn)) * (1.0 - 0.85 * loose);
         let snow = ground.snow * emerged;
 

@@ -41,7 +41,9 @@ params! {
     /// Drainage area from which the ground beside a stream is moist.
     moist_area: f64 = 200_000.0, SquareMetres, 1.0..=1e12, soft 1e3..=1e8;
     /// Whether the world's sea is drawn, as deep as the terrain lies below its level.
-    sea: bool = true, One, ..;
+    with_sea: bool = true, One, ..;
+    /// Whether plants and snow keep out of water, whose ground counts as soil.
+    bare_water: bool = true, One, ..;
     /// Random seed of the patches.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -78,7 +80,10 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Landcover",
     version: 2,
-    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "sea", value: "false" }] }],
+    migrations: &[Migration {
+        from: 1,
+        steps: &[Step::Keep { name: "with_sea", value: "false" }, Step::Keep { name: "bare_water", value: "false" }],
+    }],
     category: "render",
     summary: "Rock, soil, plants, snow and water in measured colours, by the processes that shaped the terrain.",
     doc: include_str!("page.md"),
@@ -125,7 +130,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     }
     let surface = Surface::new(inputs.height, Method::Horn);
     let cover = Cover::new(&params, window.cell_m(), job.seed());
-    let sea_m = job.sea_level().filter(|_| params.sea).map_or(f32::NEG_INFINITY, |sea_m| sea_m as f32);
+    let sea_m = job.sea_level().filter(|_| params.with_sea).map_or(f32::NEG_INFINITY, |sea_m| sea_m as f32);
     let skipped = if wants.colour { 0 } else { 3 };
     par::each(rows, |j, mut planes| {
         job.check()?;

@@ -155,7 +155,7 @@ fn the_sea_is_drawn_as_deep_as_it_is() {
     let sea = testing::at_sea(&land, 0.0);
     let wired = outputs(&NODE, &with_params(&NODE, ""), &[("height", &land), ("water", &depth)]).expect("a cover");
     let found = outputs(&NODE, &with_params(&NODE, ""), &[("height", &sea)]).expect("a cover");
-    let without = outputs(&NODE, &with_params(&NODE, "sea=false"), &[("height", &sea)]).expect("a cover");
+    let without = outputs(&NODE, &with_params(&NODE, "with_sea=false"), &[("height", &sea)]).expect("a cover");
     let dry = outputs(&NODE, &with_params(&NODE, ""), &[("height", &land)]).expect("a cover");
     let [mut wired, mut found, mut without, mut dry] = [wired, found, without, dry];
     for name in ["colour", "weights"] {
