@@ -27,7 +27,7 @@ SMALL = """(
         "base": Ridged(wavelength: "800 m", amplitude: "120 m"),
         "cover": Slope(height: "base"),
         "sum": Combine(mode: add, a: "base", b: "base"),
-        "tint": Hillshade(height: "sum"),
+        "tint": Hillshade(version: 3, height: "sum"),
         "report": Metrics(height: "sum"),
     },
     outputs: { "height": "sum", "slope": "cover", "picture": "tint.colour", "measures": "report" },
