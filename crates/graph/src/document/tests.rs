@@ -453,7 +453,8 @@ fn a_node_without_a_version_has_a_warning_if_its_first_version_differs() {
         "first": Thermal(version: 1, height: "base"),
     }, outputs: { "o": "old" })"#,
     );
-    let [problem] = document.problems() else { panic!("{:?}", document.problems()) };
+    assert_eq!(document.problems().len(), 1, "{:?}", document.problems());
+    let problem = &document.problems()[0];
     assert!(!document.has_errors() && problem.message.starts_with("`old` has no `version`"), "{problem:?}");
     assert!(problem.hint.as_ref().is_some_and(|hint| hint.contains("`Thermal(version: 3, …)`")), "{problem:?}");
 }

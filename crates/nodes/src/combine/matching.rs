@@ -5,7 +5,7 @@ use orograph_graph::memory::copied;
 use crate::{
     numerics::{
         cells::{BLOCK, blocks, masked, samples},
-        math, par,
+        distribution, math, par,
     },
     prelude::*,
 };
@@ -149,7 +149,7 @@ impl Target {
                 Ok(Self::Uniform { low: at(order[0]), high: at(order[order.len() - 1]) })
             }
             Like::Normal => {
-                let (mean, deviation) = par::moments(samples, job.window().nx());
+                let (mean, deviation) = distribution::moments(samples, job.window().nx());
                 Ok(Self::Normal { mean, deviation })
             }
         }

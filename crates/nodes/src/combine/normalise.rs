@@ -2,8 +2,11 @@
 
 use orograph_graph::memory::copied;
 
-use crate::numerics::par;
-use crate::{numerics::cells::blocks, prelude::*, quantity::Quantity};
+use crate::{
+    numerics::{cells::blocks, distribution},
+    prelude::*,
+    quantity::Quantity,
+};
 
 choice! {
     /// Which values of the field become the ends of the range.
@@ -141,7 +144,7 @@ fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeErr
             }))
         }
         Measure::Deviation => {
-            let (mean, deviation) = par::moments(samples, nx);
+            let (mean, deviation) = distribution::moments(samples, nx);
             // the mean of a constant field is exact only to rounding
             let deviation = if deviation > 1e-9 * mean.abs() { deviation } else { 0.0 };
             Ok([-1.0, 1.0].map(|side| mean + side * params.deviations * deviation))

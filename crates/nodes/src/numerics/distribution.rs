@@ -7,6 +7,17 @@ use super::par;
 /// Samples per task.
 const CHUNK: usize = 1 << 18;
 
+/// Mean and standard deviation of the samples of rows of `nx`. The sum of each row is added up on its own, so that they
+/// are the same for any number of threads.
+pub fn moments(samples: &[f32], nx: usize) -> (f64, f64) {
+    let mean_of = |of: &(dyn Fn(f64) -> f64 + Sync)| {
+        let row = |_, row: &[f32]| row.iter().map(|&x| of(f64::from(x))).sum::<f64>();
+        par::collect_all(samples.chunks(nx), row).iter().sum::<f64>() / samples.len() as f64
+    };
+    let mean = mean_of(&|x| x);
+    (mean, mean_of(&|x| (x - mean) * (x - mean)).sqrt())
+}
+
 /// Returns the order-preserving unsigned integer of a float.
 fn key(value: f32) -> u32 {
     let bits = value.to_bits();

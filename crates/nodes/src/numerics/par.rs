@@ -281,14 +281,3 @@ fn bands_by(job: &Job<'_>, share: [f32; 2], height: usize, out: &mut [f32], band
         job.advance(share[0] + (share[1] - share[0]) * done as f32 / count as f32)
     })
 }
-
-/// Mean and standard deviation of the samples of rows of `nx`. The sum of each row is added up on its own, so that they
-/// are the same for any number of threads.
-pub fn moments(samples: &[f32], nx: usize) -> (f64, f64) {
-    let mean_of = |of: &(dyn Fn(f64) -> f64 + Sync)| {
-        let row = |_, row: &[f32]| row.iter().map(|&x| of(f64::from(x))).sum::<f64>();
-        collect_all(samples.chunks(nx), row).iter().sum::<f64>() / samples.len() as f64
-    };
-    let mean = mean_of(&|x| x);
-    (mean, mean_of(&|x| (x - mean) * (x - mean)).sqrt())
-}

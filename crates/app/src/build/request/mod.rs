@@ -116,9 +116,7 @@ impl Setting {
             None => Edit::SetNamed { name: place.clone(), text: value.clone() },
         };
         document.apply(&edit).map_err(|error| {
-            let (text, hint) = (error.to_string(), error.hint());
-            let end = hint.as_ref().map_or_else(String::new, |hint| format!("; {hint}"));
-            let what = text.strip_suffix(&end).unwrap_or(&text);
+            let (what, hint) = error.into_parts();
             Failure { hint, ..Failure::wrong(format!("`{option} {place}={value}`: {what}")) }
         })
     }

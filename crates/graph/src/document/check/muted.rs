@@ -52,6 +52,9 @@ impl Behind {
     /// Sources come before the nodes that they feed, so one pass is sufficient.
     pub(super) fn new(graph: &Graph, muted: &Muted) -> Self {
         let mut behind = Self::default();
+        if muted.is_empty() {
+            return behind;
+        }
         for node in graph.topological().into_iter().filter(|node| muted.contains_key(node)) {
             let source = |position| behind.port(muted, graph.source(node, position)?);
             let passed = passed_input(graph, node, |position| Some(graph.output_type(source(position)?)));

@@ -16,34 +16,38 @@ impl Checker<'_> {
         let behind = Behind::new(graph, muted);
         let source =
             |index: NodeIndex, input: usize| graph.source(index, input).and_then(|port| behind.port(muted, port));
-        let entries: BTreeMap<NodeIndex, usize> =
-            self.out.nodes.iter().enumerate().filter_map(|(i, entry)| Some((entry.index?, i))).collect();
-        let outputs = self.out.outputs.iter().filter_map(|output| behind.port(muted, output.port));
-        let (mut needed, mut queue) = (BTreeSet::new(), outputs.map(|port| port.node).collect::<Vec<_>>());
-        while let Some(index) = queue.pop() {
-            if needed.insert(index) {
-                let inputs = 0..graph.instance(index).node.inputs.len();
-                queue.extend(inputs.filter_map(|input| source(index, input)).map(|port| port.node));
-            }
-        }
-        let mut found = Vec::new();
-        for index in needed {
+        let mut found = BTreeMap::new();
+        for entry in &self.out.nodes {
+            let Some(index) = entry.index.filter(|index| !muted.contains_key(index)) else { continue };
             let instance = graph.instance(index);
-            let (node, entry) = (instance.node, entries.get(&index).map(|entry| &self.out.nodes[*entry]));
-            let (Some(refuses), Some(entry)) = (node.refuses, entry) else { continue };
-            let is_exposed = named.iter().any(|(of, name)| *of == index && node.input(name).is_none());
-            if is_exposed || self.problems.has_any_in(&entry.span) {
-                continue;
-            }
+            let node = instance.node;
+            let Some(refuses) = node.refuses else { continue };
             let is_wired =
                 |input: usize| source(index, input).is_some() || named.contains(&(index, node.inputs[input].name));
-            if let Err(NodeError::Failed { message, hint }) = refuses(&Stated::of_instance(instance, is_wired)) {
+            let Err(NodeError::Failed { message, hint }) = refuses(&Stated::of_instance(instance, is_wired)) else {
+                continue;
+            };
+            let is_exposed = named.iter().any(|(of, name)| *of == index && node.input(name).is_none());
+            if !is_exposed && !self.problems.has_any_in(&entry.span) {
                 let message = format!("`{}` ({}) will fail: {message}", entry.name, node.id);
-                let mut problem = Diagnostic::warning("refused", entry.kind_span.clone(), message);
-                problem.hint = hint;
-                found.push(problem);
+                let problem = Diagnostic::warning("refused", entry.kind_span.clone(), message);
+                found.insert(index, Diagnostic { hint, ..problem });
             }
         }
-        found.into_iter().for_each(|problem| self.problems.push(problem));
+        if found.is_empty() {
+            return;
+        }
+        // as `Graph::upstream`, but past muted nodes
+        let mut needed = BTreeSet::new();
+        let outputs = self.out.outputs.iter().filter_map(|output| behind.port(muted, output.port));
+        let mut next: Vec<NodeIndex> = outputs.map(|port| port.node).collect();
+        while let Some(index) = next.pop() {
+            if needed.insert(index) {
+                let inputs = 0..graph.instance(index).node.inputs.len();
+                next.extend(inputs.filter_map(|input| source(index, input)).map(|port| port.node));
+            }
+        }
+        found.retain(|index, _| needed.contains(index));
+        found.into_values().for_each(|problem| self.problems.push(problem));
     }
 }

@@ -227,7 +227,7 @@ pub enum EditError {
     #[error("the file has syntax errors, which must be fixed by hand first: {0}")]
     Notation(String),
     /// There is no such node.
-    #[error("there is no node `{name}`{}", hint_text(self.hint().as_deref()))]
+    #[error("there is no node `{name}`{}", hint_text(.suggestion.as_deref().map(|near| format!("did you mean `{near}`?")).as_deref()))]
     UnknownNode {
         /// The requested name.
         name: String,
@@ -262,14 +262,15 @@ pub enum EditError {
 }
 
 impl EditError {
-    /// The remedy at the end of its text, if it has one.
+    /// What is wrong, and the remedy, if there is one, which its text appends.
     #[must_use]
-    pub fn hint(&self) -> Option<String> {
-        match self {
-            Self::UnknownNode { suggestion, .. } => suggestion.as_ref().map(|near| format!("did you mean `{near}`?")),
-            Self::UnknownParameter { hint, .. } | Self::Refused { hint, .. } => hint.clone(),
+    pub fn into_parts(mut self) -> (String, Option<String>) {
+        let hint = match &mut self {
+            Self::UnknownNode { suggestion, .. } => suggestion.take().map(|near| format!("did you mean `{near}`?")),
+            Self::UnknownParameter { hint, .. } | Self::Refused { hint, .. } => hint.take(),
             Self::Notation(_) | Self::UnknownOutput(_) | Self::UnknownFrame(_) | Self::Placeholder(_) => None,
-        }
+        };
+        (self.to_string(), hint)
     }
 }
 

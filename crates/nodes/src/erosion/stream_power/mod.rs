@@ -304,7 +304,8 @@ const SHORTEST_YR: f64 = 1e-30;
 /// Refuses two ways to say how easily the rock erodes, and what the analytical method does not know.
 fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
     let [rate, erodibility, deposition] = ["reference_rate", "erodibility", "deposition"].map(|name| stated.feed(name));
-    let is_given = |feed: Feed, default: f64| matches!(feed, Feed::Number(number) if number != default);
+    // kernels read numbers in single precision
+    let is_given = |feed: Feed, default: f64| matches!(feed, Feed::Number(number) if number as f32 != default as f32);
     if is_given(rate, 0.0) && is_given(erodibility, DEFAULT_ERODIBILITY) {
         return Err(rock::given_twice());
     }
