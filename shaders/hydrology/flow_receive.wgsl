@@ -1,5 +1,10 @@
 // One receiver for each cell: the neighbour of steepest descent, as in crates/nodes/src/numerics/routing/receivers.rs.
 
+// True where the terrain is not known.
+fn is_void(i: u32) -> bool {
+    return p.k_voids != 0u && !(read_data(i) >= 0.5);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let cell = cell_of(id);
@@ -10,9 +15,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let here = read_height(i);
     var steepest = 0.0;
     var found = PIT;
+    var leaves = outlet_of(cell) == SIDE_OPEN;
     for (var way = 0u; way < 8u; way++) {
         let j = beside(cell, way);
         if (j != NOWHERE) {
+            leaves = leaves || is_void(j);
             let slope = (here - read_height(j)) * select(1.0, 0.70710677, (way & 1u) == 1u);
             if (slope > steepest) {
                 steepest = slope;
@@ -20,8 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    let outlet = outlet_of(cell);
-    if (outlet == SIDE_BASE || (outlet == SIDE_OPEN && found == PIT) || here < p.k_sea) {
+    if (outlet_of(cell) == SIDE_BASE || (leaves && found == PIT) || here < p.k_sea || is_void(i)) {
         found = OUTLET;
     }
     code[i] = found;

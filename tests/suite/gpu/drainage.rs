@@ -62,11 +62,14 @@ fn apart(found: &[f32], expected: &[f32]) -> f64 {
 fn drainage_equals_that_of_the_cpu() {
     let Some(gpu) = open("drainage", &GpuOptions { poison: true, ..GpuOptions::default() }) else { return };
     let node = orograph_nodes::registry().get("Flow").expect("a node");
-    let [height, runoff] = ["height", "runoff"].map(|name| node.inputs.iter().position(|input| input.name == name));
+    let [height, runoff, data] =
+        ["height", "runoff", "data"].map(|name| node.inputs.iter().position(|input| input.name == name));
     for world in worlds() {
         let window = Window::whole(world);
         for sinks in ["carve", "jump", "keep"] {
-            for (land, is_wet) in [(rough(window), true), (rough(window), false), (stepped(window), true)] {
+            for (land, is_wet, has_voids) in
+                [(rough(window), true, false), (rough(window), false, true), (stepped(window), true, false)]
+            {
                 let case: Case = set(example(node), &[("depressions", ParamValue::Choice(sinks))]);
                 let mut given = inputs(&case, window);
                 given[height.expect("an input")] = InputValue::Value(land.into());
@@ -74,9 +77,17 @@ fn drainage_equals_that_of_the_cpu() {
                     let rates = (0..window.len()).map(|cell| 3.0 * draw(cell, 8) - 0.2).collect();
                     given[runoff.expect("an input")] = InputValue::Value(Field::new(window, rates).into());
                 }
+                if has_voids {
+                    // blocks of five cells by three, and single cells
+                    let block = |cell: usize| (cell / window.nx() / 3) * 1000 + cell % window.nx() / 5;
+                    let known =
+                        |cell: usize| if draw(block(cell), 3) < 0.1 || draw(cell, 4) < 0.02 { 0.3 } else { 0.9 };
+                    let known = Field::new(window, (0..window.len()).map(known).collect());
+                    given[data.expect("an input")] = InputValue::Value(known.into());
+                }
                 let mut expected = (node.cpu)(&case.job(given.clone(), window)).expect("the kernel runs");
                 let mut found = run(&gpu, &case, &given, window, Wanted::ALL).expect("the kernel runs");
-                let name = format!("{:?}, {sinks}, runoff {is_wet}", window.world.cells);
+                let name = format!("{:?}, {sinks}, runoff {is_wet}, voids {has_voids}", window.world.cells);
                 for output in ["direction", "conditioned", "lake_depth", "lake"] {
                     let [found, expected] = [&mut found, &mut expected].map(|outputs| field(outputs, output));
                     // as numbers: a level of 0 may have either sign

@@ -259,7 +259,12 @@ impl Builder {
         progress: &dyn Progress,
     ) -> Result<Built, Failure> {
         let start = machine::now();
-        options.engine.map_or(Ok(()), |engine| engine.check(request.window().cells))?;
+        let cells = request.window().cells;
+        match (options.engine, options.tiles) {
+            (Some(engine), tiles) => engine.check(cells, tiles)?,
+            (None, Some(tiles)) => tiles.check(cells)?,
+            (None, None) => {}
+        }
         if request.outputs.iter().any(|output| output.ty == PortType::Lines) {
             Coordinates::new(options.lines, &request.world)?;
         }

@@ -28,7 +28,7 @@ pub struct CubeArgs {
     /// Each output is an array with a labelled dimension for each `--sweep`, for y and for x; of the terrains of a
     /// sweep, mean, quantiles and probabilities are stored for each cell. The same command continues a sweep that was
     /// stopped.
-    #[arg(long, conflicts_with_all = ["format", "engine", "mesh", "dither", "lines", "holes", "json"])]
+    #[arg(long, conflicts_with_all = ["format", "engine", "tiles", "mesh", "dither", "lines", "holes", "json"])]
     pub cube: bool,
     /// Quantiles of each cell over the terrains of a cube, from 0 to 1
     #[arg(long, value_name = "Q,Q", value_delimiter = ',', default_value = "0.05,0.5,0.95", requires = "cube",

@@ -10,7 +10,7 @@ use crate::{
         cube::{self, CubeArgs},
         sweep::{self, Sweep},
     },
-    export::outputs::Written,
+    export::outputs::{Import, Written},
     machine, memory,
     report::{
         failure::Failure,
@@ -190,11 +190,10 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
         ]);
     }
     let mut imports = String::new();
-    for file in &built.files {
-        let Some(import) = &file.import else { continue };
+    for (file, import, lines) in Import::of(&built.files) {
         imports += &format!("\n{} in {}\n", page.name(&file.path.display().to_string()), import.engine.title());
         let mut settings = Table::new(&[("", Align::Left), ("", Align::Left)]);
-        for (name, value) in import.lines() {
+        for (name, value) in lines {
             settings.row([name.to_owned(), value]);
         }
         imports += &settings.render(page, 2);

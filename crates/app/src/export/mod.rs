@@ -9,4 +9,5 @@ pub mod picture;
 pub mod piece;
 pub mod plot;
 pub(crate) mod surface;
+pub mod tiles;
 pub(crate) mod vertices;

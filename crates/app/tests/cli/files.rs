@@ -219,6 +219,48 @@ fn heights_for_engines_come_with_import_settings() {
     place.run(&["run", "g.ron", "--engine", "cry"]).ended(1, &["unreal"]);
 }
 
+/// Tiles have the range of the whole raster, and are its parts; what cannot be divided is refused before anything is
+/// built.
+#[test]
+fn rasters_are_divided_into_tiles_of_one_range() {
+    let place = Place::new();
+    place.write(
+        "g.ron",
+        "(format: 1, world: (size: (640, 320), cells: (64, 32), boundary: open), nodes: { \"a\": \
+        Perlin(amplitude: 300) }, outputs: { \"height\": \"a\" })\n",
+    );
+    place.run(&["run", "g.ron", "-o", "whole", "--format", "r16", "-q"]).done();
+    place.run(&["run", "g.ron", "-o", "parts", "--format", "r16", "--tiles", "4x2", "-q"]).done();
+    let whole = fs::read(place.path("whole/height.r16")).expect("codes");
+    let range = |file: &str| {
+        let text: serde_json::Value = serde_json::from_str(&place.read(file)).expect("JSON");
+        (text["range"].clone(), text["origin_m"].clone())
+    };
+    for (column, row) in (0..4).flat_map(|column| (0..2).map(move |row| (column, row))) {
+        let name = format!("parts/height_x{column}_y{row}.r16");
+        let part = fs::read(place.path(&name)).expect("codes");
+        for (y, codes) in part.chunks(2 * 16).enumerate() {
+            let at = 2 * ((row * 16 + y) * 64 + column * 16);
+            assert_eq!(codes, &whole[at..at + 2 * 16], "{name}, row {y}");
+        }
+        let (shared, origin) = range(&format!("{name}.json"));
+        assert_eq!(shared, range("whole/height.r16.json").0, "{name}");
+        assert_eq!(origin, serde_json::json!([column as f64 * 160.0, row as f64 * 160.0]), "{name}");
+    }
+    assert!(place.names("parts").contains(&"height.preview.png".to_owned()), "the preview stays whole");
+    let refused = |options: &[&str], words: &[&str]| {
+        place.run(&[&["run", "g.ron", "-o", "none"], options].concat()).ended(1, words);
+        assert!(!place.path("none").exists());
+    };
+    refused(&["--tiles", "3"], &["64 x 32 cells", "63 or 66"]);
+    refused(&["--tiles", "2", "--engine", "godot"], &["leave out `--tiles`"]);
+    refused(&["--tiles", "2", "--window", "0,0,160 x 160"], &["--window"]);
+    refused(&["--tiles", "100"], &["at most 64"]);
+    let ran = place.run(&["run", "g.ron", "-o", "unreal", "--tiles", "2x1", "--engine", "unreal"]).done();
+    assert!(ran.out.contains("height_x1_y0.png") && ran.out.contains("Location X"), "{ran:?}");
+    assert!(place.read("unreal/unreal.txt").contains("settings of the first tile"));
+}
+
 /// A world that is not square, with an output of every type that an engine imports and one that it does not.
 const PAINTED: &str = r#"(
     format: 1,

@@ -62,6 +62,8 @@ inputs! {
     height: Height;
     /// Rain that runs off: the part that neither evaporates nor is used by plants. Negative values count as 0.
     runoff: Scalar(MetresPerYear) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
+    /// Where the terrain is known, such as `Import.data`. Water leaves where this is below one half.
+    data: Option<Mask>;
 }
 
 outputs! {
@@ -136,7 +138,7 @@ fn refuses(stated: &Stated<'_>) -> Result<(), NodeError> {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let Inputs { height, runoff } = Inputs::read(job)?;
+    let Inputs { height, runoff, data } = Inputs::read(job)?;
     let land = height.samples();
     let grid = Grid::new(&job.window())?;
     refuses(&Stated::of_job(job))?;
@@ -149,6 +151,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     receivers::d8(job, &grid, land, &mut codes)?;
     if let Some(level) = job.sea_level() {
         receivers::end_at_sea(land, level, &mut codes);
+    }
+    if let Some(data) = data {
+        receivers::end_at_voids(&grid, |cell| is_void(data.samples()[cell]), &mut codes);
     }
     job.advance(0.1)?;
     let mut depressions = Depressions::default();
@@ -207,6 +212,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         direction: direction.filter(|_| wants.direction).map(field),
     }
     .into())
+}
+
+/// Returns true where the terrain is not known.
+fn is_void(known: f32) -> bool {
+    known.is_nan() || known < 0.5
 }
 
 /// Returns the runoff in metres per year.
@@ -290,9 +300,11 @@ impl Water<'_> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 mod device;
 mod scratch;
 #[cfg(test)]
 mod sinks_tests;
+#[cfg(test)]
+mod void_tests;

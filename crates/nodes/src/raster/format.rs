@@ -116,8 +116,7 @@ pub enum Content {
     ///
     /// A cell has two textures, the layers of the largest weights, numbered from 0: the lower number is the base, the
     /// higher one the overlay, blended by its fraction of their sum. An overlay that would cover the base completely
-    /// becomes the base. The other two layers are dropped.
-    /// other two layers are left out.
+    /// becomes the base. The other two layers are left out.
     Control,
 }
 

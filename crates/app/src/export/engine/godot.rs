@@ -63,5 +63,5 @@ pub(super) fn fit(ty: PortType, value: &Field, dither: bool) -> Vec<Piece> {
         }
         _ => return Vec::new(),
     };
-    vec![Piece { field: value.clone(), content, import: settings(import) }]
+    vec![Piece { field: value.clone(), content, import: settings(import), shared: 0 }]
 }

@@ -18,6 +18,7 @@ use serde_json::{Map, Value};
 pub use self::sheet::sheet;
 use super::{
     piece::{Content, Piece},
+    tiles::Tiles,
     vertices::{at_pixels, at_vertices},
 };
 use crate::report::failure::Failure;
@@ -69,11 +70,16 @@ impl Engine {
         }
     }
 
-    /// Refuses a world that is too large for the engine, before anything is computed.
+    /// Refuses what the engine cannot import, before anything is computed: a world that is too large, and tiles.
     ///
     /// # Errors
     /// The failure states the maximum.
-    pub fn check(self, cells: [u32; 2]) -> Result<(), Failure> {
+    pub fn check(self, cells: [u32; 2], tiles: Option<Tiles>) -> Result<(), Failure> {
+        if self == Self::Godot && tiles.is_some() {
+            return Err(
+                Failure::wrong("Terrain3D imports whole maps, and divides them itself").hint("leave out `--tiles`")
+            );
+        }
         let most = godot::MOST_CELLS;
         if self == Self::Godot && cells.iter().any(|n| *n > most) {
             let [nx, ny] = cells;
@@ -83,15 +89,32 @@ impl Engine {
         Ok(())
     }
 
-    /// An output as the engine imports it, a piece for each of [`Self::ends`]. `dither` applies to integer codes.
+    /// An output as the engine imports it in these tiles, a piece for each of [`Self::ends`]. A piece has the rasters of
+    /// all tiles as one. `dither` applies to integer codes.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`] when `go_on` returns false.
-    pub fn fit(self, ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) -> Result<Vec<Piece>, NodeError> {
+    pub fn fit(
+        self,
+        ty: PortType,
+        value: &Field,
+        tiles: Tiles,
+        dither: bool,
+        go_on: GoOn<'_>,
+    ) -> Result<Vec<Piece>, NodeError> {
         match self {
-            Self::Unreal => unreal::fit(ty, value, dither, go_on),
-            Self::Unity => unity::fit(ty, value, dither, go_on),
+            Self::Unreal => unreal::fit(ty, value, tiles, dither, go_on),
+            Self::Unity => unity::fit(ty, value, tiles, dither, go_on),
             Self::Godot => Ok(godot::fit(ty, value, dither)),
+        }
+    }
+
+    /// Adds the position of a tile to the import settings of its heights.
+    pub fn place(self, import: &mut Map<String, Value>, tiles: Tiles, tile: [u32; 2]) {
+        match self {
+            Self::Unreal => unreal::place(import, tile),
+            Self::Unity => unity::place(import, tiles, tile),
+            Self::Godot => {}
         }
     }
 }
@@ -101,16 +124,16 @@ fn mask_at(vertices: [u32; 2], mask: &Field, dither: bool, go_on: GoOn<'_>) -> R
     Ok((at_vertices(mask, vertices, go_on)?, Content::numbers(PortType::Mask, Format::Png8, dither)))
 }
 
-/// Colours as a texture, with powers of two as its size: other sizes get no mip-maps (Unreal Engine) or are resized to
-/// powers of two (Unity).
-fn texture(colour: &Field, go_on: GoOn<'_>) -> Result<Field, NodeError> {
+/// Colours as a texture for each tile, with powers of two as its size: other sizes get no mip-maps (Unreal Engine) or are
+/// resized to powers of two (Unity).
+fn texture(colour: &Field, tiles: Tiles, go_on: GoOn<'_>) -> Result<Field, NodeError> {
     let power = |cells: u32| (0..=13).map(|power| 1_u32 << power).min_by_key(|side| side.abs_diff(cells)).unwrap_or(1);
-    at_pixels(colour, colour.window().cells.map(power), go_on)
+    at_pixels(colour, tiles.whole(tiles.cells(colour.window().cells).map(power), 0), go_on)
 }
 
-/// Normals as a texture, normalised again.
-fn normal_texture(normal: &Field, go_on: GoOn<'_>) -> Result<Field, NodeError> {
-    let texture = texture(normal, go_on)?;
+/// Normals as a texture for each tile, normalised again.
+fn normal_texture(normal: &Field, tiles: Tiles, go_on: GoOn<'_>) -> Result<Field, NodeError> {
+    let texture = texture(normal, tiles, go_on)?;
     if texture.window().cells == normal.window().cells {
         return Ok(texture);
     }

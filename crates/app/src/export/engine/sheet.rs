@@ -1,7 +1,7 @@
 //! The import settings as a text file beside the outputs.
 
 use super::Engine;
-use crate::export::outputs::Written;
+use crate::export::outputs::{Import, Written};
 
 /// The text for all files with import settings. Returns None when there are none.
 #[must_use]
@@ -11,15 +11,18 @@ pub fn sheet(engine: Engine, files: &[Written]) -> Option<String> {
         engine.title(),
         engine.remark()
     );
-    let imported = files.iter().filter_map(|file| Some((file.path.file_name()?, file.import.as_ref()?)));
     let mut any = false;
-    for (name, import) in imported {
+    for (file, _, lines) in Import::of(files) {
         any = true;
+        let name = file.path.file_name().unwrap_or_default();
         text += &format!("\n{}\n", name.display());
-        let width = import.settings.keys().map(|name| name.chars().count()).max().unwrap_or(0);
-        for (name, value) in import.lines() {
+        let width = lines.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+        for (name, value) in lines {
             text += &format!("    {name:width$}  {value}\n");
         }
+    }
+    if files.iter().filter_map(|file| file.import.as_ref()).any(|import| import.tile != [0, 0]) {
+        text += "\nA tile has the settings of the first tile of its raster, x0_y0, except for those listed under its name.\n";
     }
     any.then_some(text)
 }

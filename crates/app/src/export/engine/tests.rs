@@ -9,7 +9,7 @@ const ALL: [Engine; 3] = [Engine::Unreal, Engine::Unity, Engine::Godot];
 const KINDS: [PortType; 5] = [PortType::Height, PortType::Mask, PortType::Weights, PortType::Colour, PortType::Normal];
 
 fn fit(engine: Engine, ty: PortType, value: &Field) -> Vec<Piece> {
-    engine.fit(ty, value, false, &|| true).expect("not stopped")
+    engine.fit(ty, value, Tiles::WHOLE, false, &|| true).expect("not stopped")
 }
 
 fn height(engine: Engine, value: &Field) -> Piece {
@@ -268,8 +268,8 @@ fn terrain3d_keeps_the_cells() {
         assert_eq!(number(&piece, "Region Size"), region, "{cells:?}");
         assert!(region * 16.0 >= f64::from(cells[0]), "16 regions hold it");
     }
-    assert!(Engine::Godot.check([32_768, 16]).is_ok() && Engine::Unreal.check([40_000, 4]).is_ok());
-    let refused = Engine::Godot.check([4, 40_000]).expect_err("too long");
+    assert!(Engine::Godot.check([32_768, 16], None).is_ok() && Engine::Unreal.check([40_000, 4], None).is_ok());
+    let refused = Engine::Godot.check([4, 40_000], None).expect_err("too long");
     assert!(refused.message.contains("32768") && refused.message.contains("4 x 40000"), "{refused}");
 }
 
@@ -281,8 +281,51 @@ fn level_and_tiny_worlds_have_an_extent() {
         assert!(engine == Engine::Godot || range(&piece) == [-5.0, -4.0], "{engine:?}");
     }
     for ty in KINDS {
-        assert!(Engine::Unity.fit(ty, &sample(ty, [9, 9]), false, &|| false).is_err(), "it stops");
+        assert!(Engine::Unity.fit(ty, &sample(ty, [9, 9]), Tiles::WHOLE, false, &|| false).is_err(), "it stops");
     }
+}
+
+/// Tiles have sizes that the engine accepts, one range, and the same vertices along their common edges; together they
+/// are the whole.
+#[test]
+fn tiles_fit_together() {
+    let tiles: Tiles = "3x2".parse().expect("tiles");
+    let land = sample(PortType::Height, [900, 400]);
+    for (engine, side) in [(Engine::Unreal, [253, 253]), (Engine::Unity, [257, 257])] {
+        let whole = engine.fit(PortType::Height, &land, tiles, false, &|| true).expect("not stopped").remove(0);
+        let cut = |tile| tiles.cut(&whole.field, tile, whole.shared);
+        for [column, row] in tiles.each() {
+            let tile = cut([column, row]);
+            assert_eq!(tile.window().cells, side, "{engine:?}");
+            let [nx, ny] = side.map(|n| n as usize);
+            if column < 2 {
+                let east = cut([column + 1, row]);
+                assert!((0..ny).all(|j| tile.samples()[j * nx + nx - 1] == east.samples()[j * nx]));
+            }
+            if row < 1 {
+                let south = cut([column, row + 1]);
+                assert_eq!(tile.samples()[(ny - 1) * nx..], south.samples()[..nx]);
+            }
+            let mut import = whole.import.clone();
+            engine.place(&mut import, tiles, [column, row]);
+            let number = |name: &str| import[name].as_f64().expect("a number to type");
+            // 9000 m x 4000 m
+            let (corner, expected) = match engine {
+                Engine::Unreal => (["Location X", "Location Y"].map(number), [column as f64 * 3e5, row as f64 * 2e5]),
+                _ => (["Position X", "Position Z"].map(number), [column as f64 * 3e3, (1 - row) as f64 * 2e3]),
+            };
+            assert!((0..2).all(|axis| (corner[axis] - expected[axis]).abs() < 1e-3), "{engine:?} {corner:?}");
+        }
+        // layers have the vertices of the heights, or one texel fewer per tile; textures have no common pixels
+        let layer = engine.fit(PortType::Mask, &sample(PortType::Mask, [900, 400]), tiles, false, &|| true);
+        let layer = layer.expect("not stopped").remove(0);
+        let texels = if engine == Engine::Unreal { 253 } else { 256 };
+        assert_eq!(tiles.cut(&layer.field, [2, 1], layer.shared).window().cells, [texels; 2]);
+        let colour = engine.fit(PortType::Colour, &sample(PortType::Colour, [900, 400]), tiles, false, &|| true);
+        let colour = colour.expect("not stopped").remove(0);
+        assert_eq!((colour.shared, colour.field.window().cells), (0, [768, 256]));
+    }
+    assert!(Engine::Godot.check([900, 400], Some(tiles)).expect_err("whole maps").hint.is_some());
 }
 
 /// The same numbers for any number of threads.

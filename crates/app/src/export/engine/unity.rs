@@ -6,11 +6,12 @@
 
 use orograph_graph::{Field, NodeError, PortType};
 use orograph_nodes::raster::{Format, GoOn};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::{codes, mask_at, normal_texture, settings, short, span, texture};
 use crate::export::{
     piece::{Content, Piece},
+    tiles::Tiles,
     vertices::{at_vertices, extent},
 };
 
@@ -20,12 +21,20 @@ fn side(cells: [u32; 2]) -> u32 {
     (5..=12).map(|power| (1_u32 << power) + 1).min_by_key(|side| side.abs_diff(longest)).unwrap_or(4097)
 }
 
-pub(super) fn fit(ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) -> Result<Vec<Piece>, NodeError> {
-    let texels = side(value.window().cells) - 1;
+pub(super) fn fit(
+    ty: PortType,
+    value: &Field,
+    tiles: Tiles,
+    dither: bool,
+    go_on: GoOn<'_>,
+) -> Result<Vec<Piece>, NodeError> {
+    let texels = side(tiles.cells(value.window().cells)) - 1;
+    let control = tiles.whole([texels; 2], 1);
+    let mut shared = 1;
     let (field, content, import) = match ty {
-        PortType::Height => return Ok(vec![height(value, dither, go_on)?]),
+        PortType::Height => return Ok(vec![height(value, tiles, dither, go_on)?]),
         PortType::Mask => {
-            let (field, content) = mask_at([texels; 2], value, dither, go_on)?;
+            let (field, content) = mask_at(control, value, dither, go_on)?;
             let import = json!({
                 "Where": "Assets, as a texture for scripts and shaders; its texels are those of the control texture",
                 "Control Texture Resolution": texels,
@@ -46,49 +55,67 @@ pub(super) fn fit(ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) ->
                 "Format": "RGBA 32 bit",
                 "Compression": "None",
             });
-            (at_vertices(value, [texels; 2], go_on)?, Content::Weights, import)
+            (at_vertices(value, control, go_on)?, Content::Weights, import)
         }
         PortType::Colour => {
-            let field = texture(value, go_on)?;
+            let field = texture(value, tiles, go_on)?;
+            shared = 0;
             let import = json!({
                 "Where": "Terrain Layer: Diffuse",
                 "sRGB": true,
-                "Max Size": longest(&field),
-                "Tiling Settings, Size": tiling(value),
+                "Max Size": longest(&field, tiles),
+                "Tiling Settings, Size": tiling(value, tiles),
             });
             (field, Content::Colour, import)
         }
         PortType::Normal => {
-            let field = normal_texture(value, go_on)?;
+            let field = normal_texture(value, tiles, go_on)?;
+            shared = 0;
             let import = json!({
                 "Where": "Terrain Layer: Normal Map",
                 "Texture Type": "Normal map",
-                "Max Size": longest(&field),
-                "Tiling Settings, Size": tiling(value),
+                "Max Size": longest(&field, tiles),
+                "Tiling Settings, Size": tiling(value, tiles),
             });
             (field, Content::Normal, import)
         }
         _ => return Ok(Vec::new()),
     };
-    Ok(vec![Piece { field, content, import: settings(import) }])
+    Ok(vec![Piece { field, content, import: settings(import), shared }])
 }
 
-fn longest(field: &Field) -> Value {
-    let [nx, ny] = field.window().cells;
+/// The longer side of a tile's texture.
+fn longest(field: &Field, tiles: Tiles) -> Value {
+    let [nx, ny] = tiles.cells(field.window().cells);
     nx.max(ny).into()
 }
 
-/// The size of a tile that covers the whole terrain.
-fn tiling(field: &Field) -> String {
-    let [width, length] = extent(field).map(short);
+/// Width and length of a terrain, of which the whole has several.
+fn sides(field: &Field, tiles: Tiles) -> [f64; 2] {
+    let (size, counts) = (extent(field), tiles.counts());
+    [0, 1].map(|axis| size[axis] / f64::from(counts[axis]))
+}
+
+/// The size of a texture that covers the whole terrain.
+fn tiling(field: &Field, tiles: Tiles) -> String {
+    let [width, length] = sides(field, tiles).map(short);
     format!("{width} x {length}")
 }
 
-fn height(height: &Field, dither: bool, go_on: GoOn<'_>) -> Result<Piece, NodeError> {
-    let side = side(height.window().cells);
-    let grid = at_vertices(height, [side; 2], go_on)?;
+/// The corner of a tile: Unity's z points north, and a terrain lies at its south-west corner.
+pub(super) fn place(import: &mut Map<String, Value>, tiles: Tiles, [column, row]: [u32; 2]) {
+    let sides = ["Terrain Width", "Terrain Length"].map(|name| import.get(name).and_then(Value::as_f64));
+    if let [Some(width), Some(length)] = sides {
+        let [x, z] = [f64::from(column) * width, f64::from(tiles.counts()[1] - 1 - row) * length];
+        import.extend(settings(json!({ "Position X": x, "Position Z": z })));
+    }
+}
+
+fn height(height: &Field, tiles: Tiles, dither: bool, go_on: GoOn<'_>) -> Result<Piece, NodeError> {
+    let side = side(tiles.cells(height.window().cells));
+    let grid = at_vertices(height, tiles.whole([side; 2], 1), go_on)?;
     let [low, high] = span(&grid);
-    let [width, length] = extent(height);
+    let [width, length] = sides(height, tiles);
     let import = settings(json!({
         "Where": "Terrain, Terrain Settings, Texture Resolutions: Import Raw",
         "Heightmap Resolution": side,
@@ -101,5 +128,5 @@ fn height(height: &Field, dither: bool, go_on: GoOn<'_>) -> Result<Piece, NodeEr
         "Position Y": low,
         "Control Texture Resolution": side - 1,
     }));
-    Ok(Piece { field: grid, content: codes(Format::R16, [low, high], dither), import })
+    Ok(Piece { field: grid, content: codes(Format::R16, [low, high], dither), import, shared: 1 })
 }

@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 use super::{codes, mask_at, normal_texture, settings, span, texture};
 use crate::export::{
     piece::{Content, Piece},
+    tiles::Tiles,
     vertices::{at_vertices, spacing},
 };
 
@@ -19,7 +20,7 @@ const COMPONENTS: [u32; 2] = [126, 254];
 /// Maximum number of components along a side.
 const MOST_COMPONENTS: u32 = 32;
 
-/// The division of a landscape into components.
+/// The division of a landscape, or of each of its tiles, into components.
 struct Landscape {
     /// Squares along a side of a component.
     squares: u32,
@@ -56,14 +57,20 @@ impl Landscape {
     }
 }
 
-pub(super) fn fit(ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) -> Result<Vec<Piece>, NodeError> {
-    let landscape = Landscape::of(value.window().cells);
-    let vertices = landscape.vertices;
+pub(super) fn fit(
+    ty: PortType,
+    value: &Field,
+    tiles: Tiles,
+    dither: bool,
+    go_on: GoOn<'_>,
+) -> Result<Vec<Piece>, NodeError> {
+    let landscape = Landscape::of(tiles.cells(value.window().cells));
+    let vertices = tiles.whole(landscape.vertices, 1);
     Ok(match ty {
-        PortType::Height => vec![height(&landscape, value, dither, go_on)?],
+        PortType::Height => vec![height(&landscape, vertices, value, dither, go_on)?],
         PortType::Mask => {
             let (field, content) = mask_at(vertices, value, dither, go_on)?;
-            vec![Piece { field, content, import: layer(&landscape, "the file of its layer") }]
+            vec![Piece { field, content, import: layer(&landscape, "the file of its layer"), shared: 1 }]
         }
         PortType::Weights => {
             // the layers sum to 255 in all four files only if no value is rounded again
@@ -72,16 +79,17 @@ pub(super) fn fit(ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) ->
                 field: Field::new(*parts.window(), parts.plane(plane).to_vec()),
                 content: Content::numbers(PortType::Mask, Format::Png8, false),
                 import: layer(&landscape, &format!("the file of the layer of `{name}`, weight-blended")),
+                shared: 1,
             };
             ["first", "second", "third", "fourth"].into_iter().enumerate().map(piece).collect()
         }
         PortType::Colour => {
             let import = landscape.texture(true, "Default");
-            vec![Piece { field: texture(value, go_on)?, content: Content::Colour, import }]
+            vec![Piece { field: texture(value, tiles, go_on)?, content: Content::Colour, import, shared: 0 }]
         }
         PortType::Normal => {
             let import = landscape.texture(false, "Normalmap");
-            vec![Piece { field: normal_texture(value, go_on)?, content: Content::Normal, import }]
+            vec![Piece { field: normal_texture(value, tiles, go_on)?, content: Content::Normal, import, shared: 0 }]
         }
         _ => Vec::new(),
     })
@@ -94,8 +102,28 @@ fn layer(landscape: &Landscape, which: &str) -> Map<String, Value> {
     }))
 }
 
-fn height(landscape: &Landscape, height: &Field, dither: bool, go_on: GoOn<'_>) -> Result<Piece, NodeError> {
-    let Landscape { squares, components, vertices } = *landscape;
+/// The corner of a tile, from its number of squares and their size.
+pub(super) fn place(import: &mut Map<String, Value>, tile: [u32; 2]) {
+    for (axis, name) in ["X", "Y"].into_iter().enumerate() {
+        let squares =
+            import.get("Overall Resolution").and_then(Value::as_str).and_then(|both| both.split(" x ").nth(axis));
+        let squares = squares.and_then(|vertices| vertices.parse::<u32>().ok()).map(|vertices| vertices - 1);
+        let scale = import.get(&format!("Scale {name}")).and_then(Value::as_f64);
+        if let Some((squares, scale)) = squares.zip(scale) {
+            let corner = f64::from(tile[axis] * squares) * scale;
+            import.extend(settings(json!({ format!("Location {name}"): corner })));
+        }
+    }
+}
+
+fn height(
+    landscape: &Landscape,
+    vertices: [u32; 2],
+    height: &Field,
+    dither: bool,
+    go_on: GoOn<'_>,
+) -> Result<Piece, NodeError> {
+    let Landscape { squares, components, .. } = *landscape;
     let grid = at_vertices(height, vertices, go_on)?;
     let [low, high] = span(&grid);
     let [x_cm, y_cm] = spacing(height, vertices).map(|metres| 100.0 * metres);
@@ -113,5 +141,5 @@ fn height(landscape: &Landscape, height: &Field, dither: bool, go_on: GoOn<'_>) 
         "Scale Y": y_cm,
         "Scale Z": z_scale,
     }));
-    Ok(Piece { field: grid, content: codes(Format::Png16, [low, high], dither), import })
+    Ok(Piece { field: grid, content: codes(Format::Png16, [low, high], dither), import, shared: 1 })
 }

@@ -60,14 +60,29 @@ pub struct Written {
 pub struct Import {
     /// The engine.
     pub engine: Engine,
+    /// Column and row of the tile; those of a whole raster are 0.
+    pub tile: [u32; 2],
     /// Values by the engine's own names.
     pub settings: Map<String, serde_json::Value>,
 }
 
 impl Import {
-    /// Names and values in reading order.
-    pub fn lines(&self) -> impl Iterator<Item = (&str, String)> {
+    /// Names and values in reading order, without those of `like`.
+    pub fn lines(&self, like: Option<&Self>) -> impl Iterator<Item = (&str, String)> {
         let text = |value: &serde_json::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        self.settings.iter().map(move |(name, value)| (name.as_str(), text(value)))
+        let differs = move |name: &str, value| like.is_none_or(|like| like.settings.get(name) != Some(value));
+        let own = self.settings.iter().filter(move |(name, value)| differs(name, value));
+        own.map(move |(name, value)| (name.as_str(), text(value)))
+    }
+
+    /// The files with import settings that are not those of the first tile of the same raster, and those settings.
+    pub fn of(files: &[Written]) -> impl Iterator<Item = (&Written, &Self, Vec<(&str, String)>)> {
+        let mut first = None;
+        files.iter().filter_map(move |file| {
+            let import = file.import.as_ref()?;
+            let like = if import.tile == [0, 0] { first.replace(import).filter(|_| false) } else { first };
+            let lines: Vec<_> = import.lines(like).collect();
+            (!lines.is_empty()).then_some((file, import, lines))
+        })
     }
 }

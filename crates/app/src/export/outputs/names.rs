@@ -3,13 +3,22 @@
 use orograph_graph::{OutputDecl, PortType, Window};
 
 use super::OutputOptions;
-use crate::{files::is_device, report::failure::Failure};
+use crate::{export::tiles::Tiles, files::is_device, report::failure::Failure};
 
 /// The ending of the name of a preview of heights.
 pub(super) const PREVIEW: &str = ".preview.png";
 
-/// The file names of an output's rasters; empty if it has none.
+/// The file names of an output's rasters, those of the tiles of each after one another; empty if it has none.
 pub(super) fn rasters(output: &OutputDecl, options: &OutputOptions) -> Vec<String> {
+    let names = wholes(output, options);
+    match options.tiles {
+        Some(tiles) => names.iter().flat_map(|name| tiles.each().map(|tile| Tiles::name(name, tile))).collect(),
+        None => names,
+    }
+}
+
+/// The file names of an output's rasters without tiles.
+fn wholes(output: &OutputDecl, options: &OutputOptions) -> Vec<String> {
     let (name, extension) = (&output.name, options.format.extension());
     let ends = options.ends(output.ty);
     if !ends.is_empty() {
@@ -40,10 +49,10 @@ pub(super) fn written(output: &OutputDecl, files: usize) -> impl Iterator<Item =
 }
 
 /// Returns true if a JSON file is written beside each raster of an output: always except for pictures of the whole
-/// world without an engine; a PNG cannot state the position of a window.
+/// world without an engine; a PNG cannot state the position of a window or a tile.
 pub(super) fn is_described(output: &OutputDecl, options: &OutputOptions, window: &Window) -> bool {
     let picture = matches!(output.ty, PortType::Colour | PortType::Normal | PortType::Weights);
-    !picture || !options.ends(output.ty).is_empty() || !window.is_whole()
+    !picture || !options.ends(output.ty).is_empty() || !window.is_whole() || options.tiles.is_some()
 }
 
 /// The names of the preview of an output's heights, and of the mesh of its heights or of the areas that its lines

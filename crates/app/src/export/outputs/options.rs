@@ -7,6 +7,7 @@ use crate::export::{
     engine::Engine,
     geojson::LinesIn,
     mesh::{MOST_TRIANGLES, MeshFormat},
+    tiles::Tiles,
 };
 
 /// How outputs are written.
@@ -24,6 +25,12 @@ pub struct OutputOptions {
     /// import are written in `--format`.
     #[arg(long, value_enum, value_name = "ENGINE")]
     pub engine: Option<Engine>,
+    /// Divide every raster into equal tiles of one range, with names such as `NAME_x0_y0.png` from the north-west
+    ///
+    /// With `--engine`, tiles have sizes that the engine imports, and neighbours share the vertices of their common edge.
+    /// Without it, they have equal numbers of cells. Previews and meshes stay whole.
+    #[arg(long, value_name = "N|CxR", conflicts_with = "window")]
+    pub tiles: Option<Tiles>,
     /// Dither to avoid banding: round at random to one of the two nearest codes
     #[arg(long)]
     pub dither: bool,
@@ -54,6 +61,7 @@ impl Default for OutputOptions {
         Self {
             format: Format::Exr,
             engine: None,
+            tiles: None,
             dither: false,
             mesh: None,
             triangles: Self::TRIANGLES,

@@ -14,6 +14,7 @@ use crate::{
     export::{
         mesh::Mesh,
         picture::{Shrinking, View, of_height},
+        tiles::Tiles,
     },
     report::failure::Failure,
 };
@@ -42,6 +43,9 @@ struct Raster {
     writer: Writer,
     /// The import settings for an engine.
     import: Map<String, Value>,
+    tile: [u32; 2],
+    /// The part of the world that a tile of its cells shows.
+    shows: Window,
 }
 
 impl<'a> OutputWriter<'a> {
@@ -51,13 +55,13 @@ impl<'a> OutputWriter<'a> {
         Self { folder, output: output.clone(), window, rasters: Vec::new(), preview, done: 0 }
     }
 
-    /// Returns true if it accepts rows as they are ready. Files for engines and meshes need the whole raster, and so do
-    /// codes over the raster's own range.
+    /// Returns true if it accepts rows as they are ready. Files for engines, tiles and meshes need the whole raster, and
+    /// so do codes over the raster's own range.
     #[must_use]
     pub fn is_streamable(&self) -> bool {
         let (options, ty) = (&self.folder.options, self.output.ty);
         let is_mesh = options.mesh.is_some() && ty == PortType::Height;
-        options.ends(ty).is_empty() && !is_mesh && !self.content(0).needs_whole()
+        options.ends(ty).is_empty() && options.tiles.is_none() && !is_mesh && !self.content(0).needs_whole()
     }
 
     /// The encoding of a plane without an engine.
@@ -105,36 +109,56 @@ impl<'a> OutputWriter<'a> {
     fn begin(&mut self, band: &Field, go_on: GoOn<'_>) -> Result<(), Failure> {
         let (options, ty) = (&self.folder.options, self.output.ty);
         let names = rasters(&self.output, options);
+        let tiles = options.tiles.unwrap_or(Tiles::WHOLE);
+        let names = names.chunks(tiles.each().count());
         if let Some(engine) = options.engine.filter(|_| !options.ends(ty).is_empty()) {
-            let pieces = engine.fit(ty, band, options.dither, go_on).map_err(|_| Failure::stopped())?;
+            let pieces = engine.fit(ty, band, tiles, options.dither, go_on).map_err(|_| Failure::stopped())?;
             let written = written(&self.output, pieces.len());
             let pieces = pieces.into_iter().zip(written).filter(|(_, is)| *is).map(|(piece, _)| piece);
-            for (piece, name) in pieces.zip(names) {
-                let raster = self.open(name, *piece.field.window(), piece.content, &piece.field, go_on)?;
-                self.rasters.push(Raster { import: piece.import, ..raster });
+            for (piece, names) in pieces.zip(names) {
+                for (tile, name) in tiles.each().zip(names) {
+                    let field = tiles.cut(&piece.field, tile, piece.shared);
+                    let raster = self.open(name, *field.window(), piece.content, &field, go_on)?;
+                    let mut import = piece.import.clone();
+                    if options.tiles.is_some() {
+                        engine.place(&mut import, tiles, tile);
+                    }
+                    // the grid of an engine has a window of its own, which tells where a tile is
+                    let shows = if options.tiles.is_some() { *field.window() } else { self.window };
+                    self.rasters.push(Raster { import, tile, shows, ..raster });
+                }
             }
             return Ok(());
         }
-        for (plane, name) in names.into_iter().enumerate() {
-            let raster = self.open(name, self.window, self.content(plane), band, go_on)?;
-            self.rasters.push(raster);
+        for (plane, names) in names.enumerate() {
+            if options.tiles.is_none() {
+                let raster = self.open(&names[0], self.window, self.content(plane), band, go_on)?;
+                self.rasters.push(raster);
+                continue;
+            }
+            let content = self.content(plane).over(band);
+            for (tile, name) in tiles.each().zip(names) {
+                let field = tiles.cut(band, tile, 0);
+                let raster = self.open(name, *field.window(), content, &field, go_on)?;
+                self.rasters.push(Raster { tile, ..raster });
+            }
         }
         Ok(())
     }
 
     fn open(
         &self,
-        name: String,
+        name: &str,
         window: Window,
         content: Content,
         rows: &Field,
         go_on: GoOn<'_>,
     ) -> Result<Raster, Failure> {
-        let path = self.folder.place(&name);
+        let path = self.folder.place(name);
         let writer = Writer::begin(&path, window, content.over(rows));
-        let mut writer = writer.map_err(|error| self.folder.failure(&name, error))?;
-        writer.rows(rows, go_on).map_err(|error| self.folder.failure(&name, error))?;
-        Ok(Raster { name, writer, import: Map::new() })
+        let mut writer = writer.map_err(|error| self.folder.failure(name, error))?;
+        writer.rows(rows, go_on).map_err(|error| self.folder.failure(name, error))?;
+        Ok(Raster { name: name.to_owned(), writer, import: Map::new(), tile: [0; 2], shows: window })
     }
 
     /// The name of the mesh. Returns None when no mesh is requested.
@@ -185,7 +209,7 @@ impl<'a> OutputWriter<'a> {
         (key, go_on): (&str, GoOn<'_>),
         files: &mut Vec<Staged>,
     ) -> Result<(), Failure> {
-        let Raster { name, writer, import } = raster;
+        let Raster { name, writer, import, tile, shows } = raster;
         let (folder, output) = (self.folder, &self.output);
         let import = Some(import).filter(|import| !import.is_empty());
         let meta = Meta {
@@ -193,7 +217,7 @@ impl<'a> OutputWriter<'a> {
             unit: output.ty.unit().symbol().to_owned(),
             graph_hash: Some(key.to_owned()),
             import: import.clone(),
-            shows: Some(self.window),
+            shows: Some(shows),
         };
         let finished = writer.finish(is_described.then_some(&meta), go_on);
         let finished = finished.map_err(|error| folder.failure(&name, error))?;
@@ -202,7 +226,8 @@ impl<'a> OutputWriter<'a> {
         let mut staged = folder.staged(output, &name, quantity(output.ty), finished.range)?;
         if let Some(written) = &mut staged.written {
             written.is_described = is_described;
-            written.import = folder.options.engine.zip(import).map(|(engine, settings)| Import { engine, settings });
+            written.import =
+                folder.options.engine.zip(import).map(|(engine, settings)| Import { engine, tile, settings });
         }
         files.push(staged);
         Ok(())

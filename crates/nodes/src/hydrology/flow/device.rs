@@ -25,7 +25,7 @@ use crate::{
     wgsl,
 };
 
-/// Numbers of all shaders: the sides of the world, the lowest height on land, a factor.
+/// Numbers of all shaders: the sides of the world, the lowest height on land, whether `data` is wired, a factor.
 const VALUES: &[(&str, Number)] = &[
     ("k_west", Number::U32),
     ("k_east", Number::U32),
@@ -34,6 +34,7 @@ const VALUES: &[(&str, Number)] = &[
     ("k_wrap_x", Number::U32),
     ("k_wrap_y", Number::U32),
     ("k_sea", Number::F32),
+    ("k_voids", Number::U32),
     ("k_each", Number::F32),
 ];
 
@@ -43,8 +44,10 @@ macro_rules! shader {
     };
 }
 
-static RECEIVE: Shader =
-    shader!("hydrology/flow_receive", &[Slot::input("height"), Slot::cells("code", "u32").written()]);
+static RECEIVE: Shader = shader!(
+    "hydrology/flow_receive",
+    &[Slot::input("height"), Slot::input("data"), Slot::cells("code", "u32").written()]
+);
 
 static FOLLOW: Shader = shader!(
     "hydrology/flow_follow",
@@ -243,6 +246,7 @@ fn values(job: &Job<'_>) -> Result<Vec<(&'static str, Scalar)>, NodeError> {
         ("k_south", south),
         ("k_wrap_x", wrap_x),
         ("k_wrap_y", wrap_y),
+        ("k_voids", u32::from(job.input("data").is_some_and(InputValue::is_wired))),
     ];
     let mut values: Vec<_> = whole.into_iter().map(|(name, v)| (name, Scalar::U32(v))).collect();
     values.extend([("k_sea", Scalar::F32(sea)), ("k_each", Scalar::F32(1.0))]);

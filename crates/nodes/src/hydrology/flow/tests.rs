@@ -16,7 +16,7 @@ pub(super) fn noise(world: World) -> Field {
 }
 
 /// Hills with noise on top: large nested depressions next to small ones.
-pub(super) fn hills(world: World) -> Field {
+pub(crate) fn hills(world: World) -> Field {
     let wave = |at: f64, length_m: f64| (at / length_m).fract() - 0.5;
     testing::field(world, |x, y| 1500.0 + 4000.0 * wave(x, 310.0) * wave(y, 270.0) + white(x, y) / 1000.0)
 }
@@ -30,9 +30,13 @@ pub(super) struct Drained {
 }
 
 pub(super) fn flow(height: &Field, changes: &str) -> Drained {
+    flow_with(&[("height", height)], changes)
+}
+
+pub(super) fn flow_with(inputs: &[(&str, &Field)], changes: &str) -> Drained {
     let params =
         if changes.is_empty() { ParamValues::defaults(&NODE.specs()) } else { testing::with_params(&NODE, changes) };
-    let mut outputs = testing::outputs(&NODE, &params, &[("height", height)]).expect("a result");
+    let mut outputs = testing::outputs(&NODE, &params, inputs).expect("a result");
     let mut take = |name| outputs.take(name).expect("an output").as_field().expect("a field").clone().into_samples();
     Drained {
         area: take("area"),

@@ -21,6 +21,7 @@ pub use self::measures::MEASURES;
 use self::network::Network;
 pub(super) use self::{elevation::Elevations, land::Land, slope::slopes};
 use crate::{numerics::par, prelude::*};
+use orograph_graph::memory::copied;
 
 params! {
     /// Drainage area from which a cell counts as a channel. Rivers begin at ten times as much.
@@ -38,6 +39,8 @@ inputs! {
     height: Height;
     /// Where to measure: cells below 0.5 are left out.
     mask: Option<Mask>;
+    /// Where the terrain is known, such as `Import.data`. Cells below 0.5 are voids, where water leaves.
+    data: Option<Mask>;
 }
 
 outputs! {
@@ -85,8 +88,10 @@ const RIVERS: [f64; 2] = [10.0, 30.0];
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    let is_cut = sizing.wired[1] || sizing.window.world.sea_level.is_some();
-    bytes(sizing.window.len(), sizing.window.cell_m(), &Params::read(sizing.params), is_cut)
+    let has_voids = sizing.is_wired(Inputs::PORTS, "data");
+    let is_cut = sizing.is_wired(Inputs::PORTS, "mask") || sizing.window.world.sea_level.is_some();
+    let known = if has_voids { sizing.cells(4.0) } else { 0 };
+    bytes(sizing.window.len(), sizing.window.cell_m(), &Params::read(sizing.params), is_cut) + known
 }
 
 /// Bytes for the measures of that many cells; `is_cut` is true if some of them may be left out.
@@ -103,8 +108,23 @@ pub(super) fn bytes(cells: usize, cell_m: f64, params: &Params, is_cut: bool) ->
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let inputs = Inputs::read(job)?;
-    let report = metrics(job, inputs.height, inputs.mask, &Params::read(job.params))?;
+    let height = match inputs.data {
+        Some(data) => &known(inputs.height, data)?,
+        None => inputs.height,
+    };
+    let report = metrics(job, height, inputs.mask, &Params::read(job.params))?;
     Ok(Given { report: Some(report) }.into())
+}
+
+/// Returns the heights, with NaN where the terrain is not known.
+fn known(height: &Field, data: &Field) -> Result<Field, NodeError> {
+    let mut samples = copied(height.plane(0))?;
+    par::change_with(&mut samples, data.plane(0), |height, &data| {
+        if data.is_nan() || data < 0.5 {
+            *height = f32::NAN;
+        }
+    });
+    Ok(Field::new(*height.window(), samples))
 }
 
 /// Measures a heightfield over the job's window.

@@ -277,6 +277,26 @@ fn a_binary_tree_has_ratios_of_two() {
     assert!((value(&report, "streams.bifurcation_ratio") - 2.0).abs() < 1e-9);
 }
 
+/// Water leaves at voids that an import has filled: the basin above them ends there.
+#[test]
+fn known_ground_alone_is_measured() {
+    let land_at = |x: f64, y: f64| 2000.0 - 0.1 * x + 0.05 * (y - 2500.0).abs();
+    let land = field(world(200, 100, 50.0), land_at);
+    let data = field(world(200, 100, 50.0), |x, _| if x < 6000.0 { 1.0 } else { 0.0 });
+    let params = ParamValues::defaults(&NODE.specs());
+    let measured = |inputs: &[(&str, &Field)]| {
+        let mut outputs = outputs(&NODE, &params, inputs).expect("a result");
+        outputs.take("report").expect("a report").as_report().expect("a report").clone()
+    };
+    let [whole, known] = [measured(&[("height", &land)]), measured(&[("height", &land), ("data", &data)])];
+    assert_eq!(value(&known, "elevation.min"), 1403.75);
+    let shares = value(&known, "basin.area") / value(&whole, "basin.area");
+    assert!((0.5..0.65).contains(&shares), "{shares}");
+    let void = field(world(200, 100, 50.0), |x, y| if x < 6000.0 { land_at(x, y) } else { f64::NAN });
+    // as text, in which a measure that cannot be taken equals itself
+    assert_eq!(format!("{known:?}"), format!("{:?}", measured(&[("height", &void)])));
+}
+
 #[test]
 fn a_mask_restricts_what_is_measured() {
     let land = field(world(200, 100, 50.0), |x, y| if x < 5000.0 { 0.2 * y } else { 0.6 * y });

@@ -94,6 +94,20 @@ pub fn end_at_sea(heights: &[f32], sea_level_m: f64, codes: &mut [u8]) {
     });
 }
 
+/// Makes every cell without data an outlet, and lets water out of the cells beside them as at an open side: where no
+/// neighbour is lower.
+pub fn end_at_voids(grid: &Grid, is_void: impl Fn(usize) -> bool + Sync, codes: &mut [u8]) {
+    par::all(codes.chunks_mut(grid.nx), |y, codes| {
+        for (x, code) in codes.iter_mut().enumerate() {
+            let cell = y * grid.nx + x;
+            let beside = |way| grid.beside(cell as u32, *code, way).is_some_and(|beside| is_void(beside as usize));
+            if is_void(cell) || *code & PIT != 0 && (0..8).any(beside) {
+                *code = *code & BORDER | OUTLET;
+            }
+        }
+    });
+}
+
 /// Fills `codes` with receivers drawn at random from the two neighbours that bound the steepest facet. `seed` selects
 /// the draw; use a different one in every step.
 ///

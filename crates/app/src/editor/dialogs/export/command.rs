@@ -30,6 +30,9 @@ pub(super) fn line(file: &Path, folder: &Path, only: &[String], options: &Output
     if let Some(engine) = options.engine {
         add("engine", &name_of(engine));
     }
+    if let Some(tiles) = options.tiles {
+        add("tiles", &tiles.to_string());
+    }
     if options.dither {
         add("dither", "");
     }
@@ -66,7 +69,7 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::{engine::Engine, geojson::LinesIn, mesh::MeshFormat};
+    use crate::export::{engine::Engine, geojson::LinesIn, mesh::MeshFormat, tiles::Tiles};
 
     #[test]
     fn the_command_line_lists_only_changed_options() {
@@ -75,6 +78,7 @@ mod tests {
         let options = OutputOptions {
             format: Format::Png16,
             engine: Some(Engine::Unreal),
+            tiles: Tiles::of([4, 2]),
             dither: true,
             mesh: Some(MeshFormat::Glb),
             triangles: 9,
@@ -85,8 +89,8 @@ mod tests {
         let said = line(Path::new("a b.ron"), Path::new("out"), &["height".into()], &options, "64");
         assert!(said.starts_with(if cfg!(windows) { "orograph run \"a b.ron\"" } else { "orograph run 'a b.ron'" }));
         assert!(said.ends_with(
-            "-o out --only height --cells 64 --format png16 --engine unreal --dither --mesh glb --triangles 9 --lines metres \
-             --holes dem.data --no-preview"
+            "-o out --only height --cells 64 --format png16 --engine unreal --tiles 4x2 --dither --mesh glb --triangles 9 \
+             --lines metres --holes dem.data --no-preview"
         ));
     }
 }

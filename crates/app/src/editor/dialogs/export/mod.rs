@@ -28,6 +28,7 @@ use crate::{
         engine::Engine,
         mesh::MeshFormat,
         outputs::{OutputFolder, OutputOptions},
+        tiles::Tiles,
     },
     report::failure::Failure,
 };
@@ -283,6 +284,14 @@ impl Export {
             ui.add(edit).named("Cells").on_hover_text(
                 "Cells along the longer side, or both sides as 2048x1024; leave empty to use the file's",
             );
+        });
+        row(ui, "Tiles", |ui| {
+            let mut counts = options.tiles.unwrap_or(Tiles::WHOLE).counts();
+            for (count, name) in counts.iter_mut().zip(["columns of tiles", "rows of tiles"]) {
+                let drag = egui::DragValue::new(count).range(1..=Tiles::MOST).speed(0.1);
+                ui.add(drag).named(name).on_hover_text("Tiles of one range, for engines that load a world in parts");
+            }
+            options.tiles = Tiles::of(counts);
         });
         row(ui, "", |ui| {
             ui.checkbox(&mut options.dither, "Dither").on_hover_text("Dither to avoid banding");

@@ -10,6 +10,7 @@ use orograph_graph::bytes;
 
 use crate::{
     build::Built,
+    export::outputs::Import,
     report::{failure::Failure, progress::seconds, terminal::counted},
 };
 
@@ -55,13 +56,12 @@ pub(super) fn done(ui: &mut Ui, built: &Built, folder: &Path) {
             ui.end_row();
         }
     });
-    for file in &built.files {
-        let Some(import) = &file.import else { continue };
+    for (file, import, lines) in Import::of(&built.files) {
         ui.add_space(4.0);
         let name = file.path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
         ui.strong(format!("{name} in {}", import.engine.title()));
         egui::Grid::new(("import", &file.path)).num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
-            for (name, value) in import.lines() {
+            for (name, value) in lines {
                 ui.weak(name);
                 ui.add(Label::new(value).selectable(true));
                 ui.end_row();

@@ -1,0 +1,165 @@
+//! Drainage basins: all of them, or the catchment of a place.
+
+#[cfg(test)]
+mod tests;
+
+use orograph_graph::memory::zeroed;
+
+use crate::{
+    numerics::{
+        drained::Drained,
+        par,
+        routing::{Drainage, Grid, code::has_receiver},
+    },
+    prelude::*,
+};
+
+choice! {
+    /// Which basins.
+    pub enum Choose {
+        /// Every basin that is at least `smallest`, from where its water leaves the world or ends.
+        All = "all",
+        /// The catchment of a place: all ground whose water passes it.
+        Place = "place",
+    }
+}
+
+params! {
+    /// Which basins.
+    choose: Choose = Choose::All, One, ..;
+    /// Smallest area of a basin; smaller ones belong to none.
+    smallest: f64 = 1e6, SquareMetres, 0.0..=1e15, soft 0.0..=1e8, when choose = "all";
+    /// The place whose catchment is wanted.
+    at: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7, when choose = "place";
+    /// Moves the place to the largest river within this distance; 0 keeps its cell.
+    snap: f64 = 500.0, Metres, 0.0..=1e6, soft 0.0..=5000.0, when choose = "place";
+}
+
+inputs! {
+    /// Where water runs, from `Flow`.
+    flow: Flow;
+}
+
+outputs! {
+    /// Number of the basin, from 1 for the largest; 0 outside.
+    basin: Scalar(Count);
+    /// 1 in basins, 0 outside.
+    mask: Mask;
+    /// 1 in cells beside another basin or the outside, 0 elsewhere.
+    divide: Mask;
+    /// Number and areas of the basins.
+    report: Report;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Basins",
+    category: "hydrology",
+    summary: "Drainage basins: all of them by size, or the catchment of a place, with their divides.",
+    doc: include_str!("page.md"),
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
+    params: Params::specs,
+    reach: Reach::World,
+    scratch: Scratch::PerCell(18.0),
+    cpu: run,
+    resolution: Resolution::Cells("cells near divides may drain to the other side"),
+    example: "flow: \"flow.flow\", smallest: 4000000",
+    ..Node::DEFAULT
+};
+
+/// A basin: the cell in which it ends, and its area.
+#[derive(Clone, Copy)]
+struct Basin {
+    end: u32,
+    area_m2: f32,
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let (params, wants) = (Params::read(job.params), Wants::of(job));
+    let grid = Grid::new(&job.window())?;
+    let drained = Drained::read(Inputs::read(job)?.flow);
+    let codes = drained.codes(&grid);
+    let mut drainage = Drainage::default();
+    drainage.accumulate(job, &grid, &codes, &mut vec![1_u32; grid.cells()])?;
+    job.advance(0.5)?;
+
+    let basins: Vec<Basin> = match params.choose {
+        Choose::All => largest_first(&codes, &drained, params.smallest),
+        Choose::Place => placed(job, &drained, &params)?.into_iter().collect(),
+    };
+    let mut numbers: Vec<u32> = zeroed(grid.cells())?;
+    basins.iter().zip(1..).for_each(|(basin, number)| numbers[basin.end as usize] = number);
+    let link = |_, _, own: u32, below: u32| if own > 0 { own } else { below };
+    drainage.upstream(job, &grid, &codes, &mut numbers, link)?;
+    drop(drainage);
+    job.advance(0.8)?;
+
+    let differs = |cell: usize| {
+        let beside = |way| grid.beside(cell as u32, codes[cell], way);
+        [0, 2, 4, 6].into_iter().filter_map(beside).any(|beside| numbers[beside as usize] != numbers[cell])
+    };
+    let cells = |value: &(dyn Fn(usize) -> f32 + Sync)| -> Result<Field, NodeError> {
+        let mut out = zeroed(numbers.len())?;
+        par::rows_within(job, [0.8, 1.0], &mut out, |j, row| {
+            row.iter_mut().enumerate().for_each(|(i, out)| *out = value(j * grid.nx + i));
+        })?;
+        Ok(Field::new(job.window(), out))
+    };
+    let share = |is: bool| if is { 1.0 } else { 0.0 };
+    Ok(Given {
+        basin: wants.basin.then(|| cells(&|cell| numbers[cell] as f32)).transpose()?,
+        mask: wants.mask.then(|| cells(&|cell| share(numbers[cell] > 0))).transpose()?,
+        divide: wants.divide.then(|| cells(&|cell| share(numbers[cell] > 0 && differs(cell)))).transpose()?,
+        report: wants.report.then(|| report(&basins, &numbers, job.cell_m() * job.cell_m())),
+    }
+    .into())
+}
+
+/// Returns the basins that are not too small, the largest first; of equal ones that whose end comes first, row by row.
+fn largest_first(codes: &[u8], drained: &Drained<'_>, smallest_m2: f64) -> Vec<Basin> {
+    let basin = |end: usize| Basin { end: end as u32, area_m2: drained.area_m2[end] };
+    let ends = (0..codes.len()).filter(|&cell| !has_receiver(codes[cell])).map(basin);
+    let mut basins: Vec<Basin> = ends.filter(|basin| f64::from(basin.area_m2) >= smallest_m2).collect();
+    basins.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.end.cmp(&b.end)));
+    basins
+}
+
+/// Returns the catchment of the place. Warns if that is not in the world.
+fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Option<Basin>, NodeError> {
+    let (window, Position([x, y])) = (job.window(), params.at);
+    let cell_m = job.cell_m();
+    let column = |at: f64, cells: usize| {
+        let cell = (at / cell_m).floor();
+        (0.0..cells as f64).contains(&cell).then_some(cell as usize)
+    };
+    let (Some(i), Some(j)) = (column(x, window.nx()), column(y, window.ny())) else {
+        job.warn("the place is outside the world, so there is no basin".to_owned());
+        return Ok(None);
+    };
+    let (mut end, mut area_m2) = (j * window.nx() + i, drained.area_m2[j * window.nx() + i]);
+    let cells = (params.snap / cell_m).ceil() as usize;
+    let rows = j.saturating_sub(cells)..(j + cells + 1).min(window.ny());
+    for row in rows {
+        job.check()?;
+        for column in i.saturating_sub(cells)..(i + cells + 1).min(window.nx()) {
+            let [cx, cy] = window.centre_m(column, row);
+            let cell = row * window.nx() + column;
+            let is_near = (cx - x) * (cx - x) + (cy - y) * (cy - y) <= params.snap * params.snap;
+            if is_near && drained.area_m2[cell] > area_m2 {
+                (end, area_m2) = (cell, drained.area_m2[cell]);
+            }
+        }
+    }
+    Ok(Some(Basin { end: end as u32, area_m2 }))
+}
+
+fn report(basins: &[Basin], numbers: &[u32], cell_m2: f64) -> Report {
+    let cells = par::count(numbers, |&number| number > 0) as f64;
+    let mut report = Report::default();
+    report.measure("basins", basins.len() as f64, "");
+    report.measure("area", cell_m2 * cells, "m²");
+    report.measure("coverage", cells / numbers.len().max(1) as f64, "");
+    report.measure("largest_area", basins.first().map_or(0.0, |basin| f64::from(basin.area_m2)), "m²");
+    report
+}

@@ -1,0 +1,64 @@
+//! Tests of `Basins`.
+
+use orograph_graph::{Boundary, Cancel, Edge, ParamValue, World};
+
+use super::NODE;
+use crate::{hydrology::flow, prelude::*, testing};
+
+/// Two valleys that run south, side by side; the divide is at x = 1300 m, and the eastern valley is wider.
+fn valleys() -> Field {
+    let valley = |x: f64, y: f64| 2000.0 - 0.1 * y + 0.4 * (x - 550.0).abs().min((x - 2050.0).abs());
+    let boundary = Boundary { south: Edge::Open, ..Boundary::all(Edge::Wall) };
+    testing::field(World { boundary, ..testing::world(30, 50, 100.0) }, valley)
+}
+
+fn drained(height: &Field) -> Field {
+    let params = ParamValues::defaults(&flow::NODE.specs());
+    let mut outputs = testing::outputs(&flow::NODE, &params, &[("height", height)]).expect("a result");
+    outputs.take("flow").expect("an output").as_field().expect("a field").clone()
+}
+
+fn samples(outputs: &mut Outputs, name: &str) -> Vec<f32> {
+    outputs.take(name).expect("an output").as_field().expect("a field").clone().into_samples()
+}
+
+#[test]
+fn basins_are_numbered_by_size_and_meet_at_divides() {
+    let flow = drained(&valleys());
+    let params = testing::with_params(&NODE, "smallest=1000000");
+    let mut outputs = testing::outputs(&NODE, &params, &[("flow", &flow)]).expect("a result");
+    let [basin, mask, divide] = ["basin", "mask", "divide"].map(|name| samples(&mut outputs, name));
+    let report = outputs.take("report").expect("a report").as_report().expect("a report").clone();
+    assert_eq!(report.get("basins"), Some(2.0));
+    assert!(report.get("largest_area") > Some(6e6) && report.get("area") <= Some(15e6));
+    let at = |x: usize, y: usize| basin[y * 30 + x];
+    assert_eq!([at(5, 25), at(20, 25), at(12, 25), at(13, 25)], [2.0, 1.0, 2.0, 1.0]);
+    assert_eq!([11, 12, 13, 14].map(|x| divide[25 * 30 + x]), [0.0, 1.0, 1.0, 0.0]);
+    assert!(basin.iter().zip(&mask).all(|(basin, mask)| (*basin > 0.0) == (*mask == 1.0)));
+}
+
+/// The catchment of a place is all that drains through it, and the place moves to the river beside it.
+#[test]
+fn the_catchment_of_a_place_snaps_to_its_river() {
+    let flow = drained(&valleys());
+    let catchment = |changes: &[(&'static str, ParamValue)]| {
+        let mut params = testing::with_params(&NODE, "choose=place");
+        changes.iter().for_each(|(name, value)| params.set(name, value.clone()));
+        let window = *flow.window();
+        let (outputs, warnings) =
+            testing::outputs_and_warnings(&Cancel::default(), window, &NODE, &params, &[("flow", &flow)]);
+        (samples(&mut outputs.expect("a result"), "basin").iter().sum::<f32>() as usize, warnings)
+    };
+    let at = |x: f64, y: f64| ("at", ParamValue::Point([x, y]));
+    let snap = |m: f64| ("snap", ParamValue::Float(m));
+    let area = |x: usize, y: usize| (flow.plane(1)[y * 30 + x] / 1e4) as usize;
+    // the river itself, 300 m beside it, and a cell of the slope alone
+    let river = area(20, 30);
+    assert!(river > 300);
+    assert_eq!(catchment(&[at(2050.0, 3050.0), snap(0.0)]).0, river);
+    assert_eq!(catchment(&[at(1750.0, 3050.0), snap(0.0)]).0, area(17, 30));
+    let (snapped, warnings) = catchment(&[at(1750.0, 3050.0), snap(320.0)]);
+    assert!(snapped >= river && warnings.is_empty(), "{snapped}");
+    let (none, warnings) = catchment(&[at(-10.0, 50.0), snap(320.0)]);
+    assert!(none == 0 && warnings[0].contains("outside the world"), "{warnings:?}");
+}

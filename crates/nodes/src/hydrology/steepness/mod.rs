@@ -1,0 +1,218 @@
+//! Channel steepness, chi and the length of rivers.
+//!
+//! Chi is the integral of Perron and Royden (2013). Steepness is the fall along a reach over the growth of its chi, which
+//! is less scattered than the slope of single cells (Wobus et al. 2006).
+
+#[cfg(test)]
+mod tests;
+
+use orograph_graph::memory::zeroed;
+
+use crate::{
+    numerics::{
+        drained::Drained,
+        math, par,
+        routing::{
+            Drainage, Grid,
+            code::{direction, has_receiver, is_diagonal, opposite},
+        },
+    },
+    prelude::*,
+};
+
+params! {
+    /// Concavity of rivers in balance: their slope falls with this power of the drainage area.
+    concavity: f64 = 0.45, One, 0.0..=2.0, soft 0.2..=0.8;
+    /// Drainage area above which there is a channel.
+    channel_area: f64 = 1e6, SquareMetres, 0.0..=1e15, soft 1e4..=1e8;
+    /// Length of the reach along which steepness is measured, half of it to either side.
+    reach: f64 = 1000.0, Metres, 0.0..=1e6, soft 100.0..=10000.0;
+    /// Drainage area at which chi grows by a metre per metre of river.
+    reference_area: f64 = 1e6, SquareMetres, 1.0..=1e15, soft 1.0..=1e8;
+    /// Height above which chi grows, so that basins can be compared from one height. By default it grows everywhere.
+    base: f64 = -12_000.0, Metres, -12_000.0..=1e4, soft -100.0..=3000.0;
+    /// Gives hillslopes the steepness and chi of the channel below them; otherwise they have 0.
+    hillslopes: bool = true, One, ..;
+}
+
+inputs! {
+    /// Where water runs, from `Flow`.
+    flow: Flow;
+}
+
+outputs! {
+    /// Steepness of the channel: slope times drainage area to the power of `concavity`, both in metres.
+    steepness: Scalar(One);
+    /// Chi of the channel: the integral of (`reference_area` / drainage area) to the power of `concavity`, upstream.
+    chi: Scalar(Metres);
+    /// Length of the way of the water from each cell to where it leaves the world.
+    distance: Scalar(Metres);
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Steepness",
+    category: "hydrology",
+    summary: "Channel steepness and chi: where rivers are steep for the area they drain, and where divides move.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "C. Wobus et al. (2006), Tectonics from topography: procedures, promise, and pitfalls, GSA Special Paper 398, 55-74",
+        "J. T. Perron and L. Royden (2013), An integral approach to bedrock river profile analysis, Earth Surface Processes \
+         and Landforms 38, 570-576",
+        "S. D. Willett, S. W. McCoy, J. T. Perron, L. Goren and C.-Y. Chen (2014), Dynamic reorganization of river basins, \
+         Science 343, 1248765",
+    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
+    params: Params::specs,
+    reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
+    cpu: run,
+    resolution: Resolution::Cells(
+        "a channel is one cell wide, and longer where more of its bends show in smaller cells",
+    ),
+    example: "flow: \"flow.flow\", channel_area: 500000",
+    ..Node::DEFAULT
+};
+
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let wants = Wants::among(sizing.wanted);
+    // receivers, the order of cells, weights
+    let held = 1.0 + 5.0 + 4.0;
+    // sums in double precision, or the largest donors
+    let summed = if wants.chi || wants.distance { 8.0 } else { 4.0 };
+    sizing.cells(held + summed)
+}
+
+/// Marks a channel cell without a channel above it.
+const NONE: u32 = u32::MAX;
+
+/// The channels of a landscape.
+struct Channels<'a> {
+    grid: &'a Grid,
+    drained: &'a Drained<'a>,
+    codes: &'a [u8],
+    cell_m: f64,
+    /// (Reference area / drainage area) to the power of the concavity in channels, 0 elsewhere.
+    weights: Vec<f32>,
+}
+
+impl Channels<'_> {
+    fn has(&self, cell: usize) -> bool {
+        self.weights[cell] > 0.0
+    }
+
+    /// Length of the link from a cell to its receiver.
+    fn length_m(&self, code: u8) -> f64 {
+        if is_diagonal(direction(code)) { self.cell_m * std::f64::consts::SQRT_2 } else { self.cell_m }
+    }
+
+    /// Returns the channel cell with the largest area that drains into each channel cell; the first of equal ones.
+    fn donors(&self, job: &Job<'_>) -> Result<Vec<u32>, NodeError> {
+        let Self { grid, codes, drained, .. } = self;
+        let mut donors = zeroed(grid.cells())?;
+        par::each(donors.chunks_mut(grid.nx), |y, donors: &mut [u32]| {
+            job.check()?;
+            for (x, donor) in donors.iter_mut().enumerate() {
+                let cell = y * grid.nx + x;
+                let (mut largest, mut from) = (0.0, NONE);
+                for way in if self.has(cell) { 0..8 } else { 0..0 } {
+                    let Some(beside) = grid.beside(cell as u32, codes[cell], way) else { continue };
+                    let (code, area) = (codes[beside as usize], drained.area_m2[beside as usize]);
+                    let comes = has_receiver(code) && direction(code) == opposite(way);
+                    if comes && self.has(beside as usize) && area > largest {
+                        (largest, from) = (area, beside);
+                    }
+                }
+                *donor = from;
+            }
+            Ok::<_, NodeError>(())
+        })?;
+        Ok(donors)
+    }
+
+    /// Returns the steepness of a channel cell, times the power of the reference area: the fall along the reach around
+    /// it over the growth of chi.
+    fn steepness(&self, donors: &[u32], cell: usize, half_m: f64) -> f64 {
+        let level = |cell: usize| f64::from(self.drained.level_m[cell]);
+        let (mut low, mut length_m, mut chi) = (cell, 0.0, 0.0);
+        // a channel has a slope even if the reach is shorter than a link
+        while has_receiver(self.codes[low]) && (length_m < half_m || chi == 0.0) {
+            let link = self.length_m(self.codes[low]);
+            length_m += link;
+            chi += link * f64::from(self.weights[low]);
+            low = self.grid.receiver(low as u32, self.codes[low]) as usize;
+            if !self.has(low) {
+                break;
+            }
+        }
+        let (mut high, mut length_m) = (cell, 0.0);
+        while donors[high] != NONE && (length_m < half_m || chi == 0.0) {
+            high = donors[high] as usize;
+            let link = self.length_m(self.codes[high]);
+            length_m += link;
+            chi += link * f64::from(self.weights[high]);
+        }
+        if chi > 0.0 { (level(high) - level(low)) / chi } else { 0.0 }
+    }
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let (params, wants) = (Params::read(job.params), Wants::of(job));
+    let grid = Grid::new(&job.window())?;
+    let drained = Drained::read(Inputs::read(job)?.flow);
+    let codes = drained.codes(&grid);
+    let mut drainage = Drainage::default();
+    drainage.accumulate(job, &grid, &codes, &mut vec![1_u32; grid.cells()])?;
+    job.advance(0.3)?;
+
+    let weights = par::map(grid.cells(), |cell| {
+        let area_m2 = f64::from(drained.area_m2[cell]);
+        let is_channel = area_m2 > params.channel_area;
+        if is_channel { math::exp(params.concavity * math::ln(params.reference_area / area_m2)) as f32 } else { 0.0 }
+    });
+    let channels = Channels { grid: &grid, drained: &drained, codes: &codes, cell_m: job.cell_m(), weights };
+    // on hillslopes as wished, and 0 in cells that drain to no channel
+    let shown = |cell: usize| params.hillslopes || channels.has(cell);
+    let field = |samples| Field::new(job.window(), samples);
+
+    let steepness = if wants.steepness {
+        let donors = channels.donors(job)?;
+        // slope times the power of the area: chi has that of the reference area
+        let per = math::exp(params.concavity * math::ln(params.reference_area));
+        let mut values = zeroed(grid.cells())?;
+        par::rows_within(job, [0.3, 0.6], &mut values, |y, row: &mut [f32]| {
+            for (x, value) in row.iter_mut().enumerate() {
+                let cell = y * grid.nx + x;
+                if channels.has(cell) {
+                    *value = (per * channels.steepness(&donors, cell, 0.5 * params.reach)) as f32;
+                }
+            }
+        })?;
+        drop(donors);
+        if params.hillslopes {
+            let link = |cell: usize, _, own, below| if channels.has(cell) { own } else { below };
+            drainage.upstream(job, &grid, &codes, &mut values, link)?;
+        }
+        Some(field(values))
+    } else {
+        None
+    };
+    job.advance(0.6)?;
+
+    let summed = |step: &(dyn Fn(usize, f64) -> f64 + Sync), shown: &(dyn Fn(usize) -> bool + Sync)| {
+        let mut sums: Vec<f64> = zeroed(grid.cells())?;
+        let link = |cell: usize, code: u8, _, below: f64| below + step(cell, channels.length_m(code));
+        drainage.upstream(job, &grid, &codes, &mut sums, link)?;
+        Ok::<_, NodeError>(field(par::map(sums.len(), |cell| if shown(cell) { sums[cell] as f32 } else { 0.0 })))
+    };
+    let grows = |cell: usize| f64::from(drained.level_m[cell]) > params.base;
+    let chi = |cell: usize, length_m: f64| {
+        if grows(cell) { length_m * f64::from(channels.weights[cell]) } else { 0.0 }
+    };
+    let chi = wants.chi.then(|| summed(&chi, &shown)).transpose()?;
+    job.advance(0.8)?;
+    let distance = wants.distance.then(|| summed(&|_, length_m| length_m, &|_| true)).transpose()?;
+    Ok(Given { steepness, chi, distance }.into())
+}
