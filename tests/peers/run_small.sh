@@ -3,7 +3,7 @@
 # peers cannot be installed, a notice says so.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-for peers in venv:requirements.txt:run.sh taichi:requirements_pipe.txt:run_pipe.sh write:requirements_write.txt:run_write.sh gis:requirements_gis.txt:run_gis.sh gis:requirements_gis.txt:run_read.sh; do
+for peers in venv:requirements.txt:run.sh venv:requirements.txt:run_chi.sh taichi:requirements_pipe.txt:run_pipe.sh write:requirements_write.txt:run_write.sh gis:requirements_gis.txt:run_gis.sh gis:requirements_gis.txt:run_read.sh; do
     IFS=: read -r folder requirements script <<<"$peers"
     if ! { python3 -m venv "target/peers/$folder" && "target/peers/$folder/bin/pip" install --quiet --only-binary :all: \
         -r "tests/peers/$requirements"; } >/dev/null 2>&1; then
