@@ -20,7 +20,7 @@ use crate::{
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub struct Args {
-    /// Graph files
+    /// Graph files; `-` is standard input
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
     /// Print what a file without errors declares: its description, world, inputs, outputs and parameters

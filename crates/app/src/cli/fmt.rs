@@ -11,9 +11,11 @@ use crate::report::{
 };
 
 /// Formats graph files in canonical form; comments, order and meaning stay the same
+///
+/// With `-`, it reads standard input and writes standard output, as text editors expect of a formatter.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Graph files
+    /// Graph files; `-` is standard input
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
     /// Change nothing: list the files that are not in canonical form, and exit with 1 if there are any
@@ -46,14 +48,19 @@ impl Args {
         if worst == Exit::Done { Ok(()) } else { Err(Failure::silent(worst)) }
     }
 
-    /// Formats one file. Returns true if the file was not in canonical form.
+    /// Formats one file, or standard input to standard output. Returns true if the file was not in canonical form.
     fn format(&self, file: &Path) -> Result<bool, Failure> {
+        let is_filter = file == Path::new(problems::STDIN) && !self.check;
         let registry = orograph_nodes::registry();
         let document = problems::load(file, &registry)?;
         let canonical = format_source(document.source()).map_err(|mistakes| {
             terminal::remark(&problems::report(&mistakes, document.source(), file, Page::stderr()));
             Failure::silent(Exit::Wrong)
         })?;
+        if is_filter {
+            terminal::print(&canonical)?;
+            return Ok(false);
+        }
         if canonical == document.source() {
             return Ok(false);
         }

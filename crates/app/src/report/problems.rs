@@ -1,6 +1,6 @@
 //! Problems of graph files, as text for people and as JSON for programs.
 
-use std::{collections::BTreeSet, path::Path};
+use std::{collections::BTreeSet, io, path::Path, sync::OnceLock};
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 use orograph_graph::{Diagnostic, Document, LoadError, Registry, Severity};
@@ -15,12 +15,25 @@ use crate::files::archive::Source;
 /// A problem at a longer line is printed by the plain report, which truncates the line.
 const LONGEST_LINE: usize = 200;
 
-/// Reads a graph file, whatever its content.
+/// The name of standard input on the command line; a file of that name is `./-`.
+pub const STDIN: &str = "-";
+
+/// Reads a graph file, whatever its content, or [`STDIN`], whose relative paths begin in the current folder.
 ///
 /// # Errors
 /// When it cannot be read as text.
 pub fn load(path: &Path, registry: &Registry) -> Result<Document, Failure> {
-    Document::load(path, registry).map_err(|error| match &error {
+    // it can be read only once
+    static STANDARD_INPUT: OnceLock<String> = OnceLock::new();
+    let document = if path != Path::new(STDIN) {
+        Document::load(path, registry)
+    } else if let Some(text) = STANDARD_INPUT.get() {
+        Ok(Document::parse_at(text.as_str(), path, registry))
+    } else {
+        Document::load_from(io::stdin().lock(), path, registry)
+            .inspect(|document| drop(STANDARD_INPUT.set(document.source().to_owned())))
+    };
+    document.map_err(|error| match &error {
         LoadError::Unreadable { source, .. } => {
             Failure::unable(format!("`{}` cannot be read: {}", path.display(), reason(source)))
         }

@@ -32,6 +32,29 @@ fn fmt_keeps_comments_and_is_idempotent() {
     assert_eq!(place.read("broken.ron"), "(nodes: {");
 }
 
+/// A graph from standard input is formatted, checked and built as a file in the current folder.
+#[cfg(unix)]
+#[test]
+fn standard_input_is_a_graph_file() {
+    let place = Place::new();
+    let crooked = SMALL.replace("    nodes: {", "nodes   :   {");
+    place.write("g.ron", &crooked);
+    place.write("good.ron", SMALL);
+    let canonical = place.shell("\"$0\" fmt - < g.ron").done().out;
+    place.write("formatted.ron", &canonical);
+    place.run(&["fmt", "--check", "formatted.ron"]).done();
+    assert_eq!(place.shell("\"$0\" fmt - < formatted.ron").done().out, canonical);
+    assert_eq!(place.read("g.ron"), crooked);
+    place.shell("\"$0\" fmt --check - < g.ron").ended(1, &["not in canonical form"]);
+    place.shell("echo '(nodes: {' | \"$0\" fmt -").ended(1, &["-:1:"]);
+    let checked = place.shell("\"$0\" check --json - < good.ron").done().out;
+    assert!(checked.contains(r#""file":"-""#) && checked.contains(r#""nodes":3"#), "{checked}");
+    place.shell("sed s/700/900/ g.ron | \"$0\" run - -o out --only height -q").done();
+    assert!(place.names("out").contains(&"height.exr".to_owned()));
+    place.shell("printf '\\377' | \"$0\" run -").ended(1, &["not"]);
+    place.shell("\"$0\" watch - < g.ron").ended(1, &["cannot be watched"]);
+}
+
 #[test]
 fn diff_lists_what_changed() {
     let place = Place::new();

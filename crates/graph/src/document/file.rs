@@ -1,7 +1,7 @@
 //! A document on disk: read whole, written to a temporary file and renamed into place.
 
 use std::{
-    io::{self, Read as _, Write as _},
+    io::{self, Read, Write as _},
     path::{Path, PathBuf},
 };
 
@@ -58,6 +58,14 @@ impl Document {
         Ok(Self::parse_at(read(path.as_ref())?, path, registry))
     }
 
+    /// Reads a graph file from a stream, such as standard input, as if it were at `path`.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_from(stream: impl Read, path: impl AsRef<Path>, registry: &Registry) -> Result<Self, LoadError> {
+        Ok(Self::parse_at(text_of(stream, path.as_ref())?, path, registry))
+    }
+
     /// Writes the file: first a temporary file in the same folder, flushed to disk, then renamed into place. A reader
     /// never sees half of it, and a failure leaves the earlier file unchanged.
     ///
@@ -84,6 +92,12 @@ pub(super) fn read(path: &Path) -> Result<String, LoadError> {
         _ if input::is_irregular(&error) => LoadError::Irregular(path.to_owned()),
         _ => unreadable(error),
     })?;
+    text_of(file, path)
+}
+
+/// Reads the text of a graph file to its end. `path` is its name in errors.
+fn text_of(file: impl Read, path: &Path) -> Result<String, LoadError> {
+    let unreadable = |source| LoadError::Unreadable { path: path.to_owned(), source };
     let mut text = Vec::new();
     file.take(MAX_BYTES + 1).read_to_end(&mut text).map_err(unreadable)?;
     if text.len() as u64 > MAX_BYTES {

@@ -61,7 +61,7 @@ impl JsonLines {
     pub fn refused(failure: &Failure, file: &Path) {
         let read = || {
             let source = Source::open(file).ok()?;
-            Some((Document::load(&source.path, &orograph_nodes::registry()).ok()?, source))
+            Some((problems::load(&source.path, &orograph_nodes::registry()).ok()?, source))
         };
         let is_about_problems = failure.message.is_empty();
         if let Some((document, source)) = is_about_problems.then(read).flatten() {
