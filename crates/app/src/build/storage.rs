@@ -19,7 +19,7 @@ const WORTH: Duration = Duration::from_millis(300);
 pub struct Storage {
     /// Folder that stores all results between runs, so that only what has changed is computed; up to 10 GiB
     ///
-    /// Without it, results that took more than a moment are stored in the cache folder of the system (`orograph cache`
+    /// Without it, results that took 0.3 s and more are stored in the cache folder of the system (`orograph cache`
     /// shows it), or in the folder of the variable OROGRAPH_CACHE.
     #[arg(long, value_name = "DIR", conflicts_with = "no_cache")]
     pub cache: Option<PathBuf>,

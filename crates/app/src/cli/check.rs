@@ -16,13 +16,17 @@ use crate::{
 
 /// Lists all problems of graph files at once, with their position and a fix
 ///
-/// Builds nothing. Exits with 1 if a file has an error; warnings alone do not count.
+/// Builds nothing. Exits with 1 if a file has an error; warnings count with `--strict` alone. What depends on the terrain
+/// or the world, such as a lake without an outlet, is found by a run.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub struct Args {
     /// Graph files; `-` is standard input
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
+    /// Exit with 1 for warnings too: before a build on which nobody looks
+    #[arg(long)]
+    strict: bool,
     /// Print what a file without errors declares: its description, world, inputs, outputs and parameters
     #[arg(long)]
     describe: bool,
@@ -63,7 +67,8 @@ impl Args {
                     continue;
                 }
             };
-            if document.has_errors() && worst == Exit::Done {
+            let is_wrong = document.has_errors() || self.strict && !document.problems().is_empty();
+            if is_wrong && worst == Exit::Done {
                 worst = Exit::Wrong;
             }
             if self.json {

@@ -31,11 +31,11 @@ pub struct CubeArgs {
     #[arg(long, conflicts_with_all = ["format", "engine", "tiles", "mesh", "dither", "lines", "holes", "json"])]
     pub cube: bool,
     /// Quantiles of each cell over the terrains of a cube, from 0 to 1
-    #[arg(long, value_name = "Q,Q", value_delimiter = ',', default_value = "0.05,0.5,0.95", requires = "cube",
-        value_parser = fraction)]
+    #[arg(long, value_name = "Q,Q", value_delimiter = ',', default_value = "0.05,0.5,0.95",
+        requires_all = ["cube", "sweep"], value_parser = fraction)]
     pub quantiles: Vec<f64>,
     /// Store the fraction of terrains in which an output is above a value; can be given several times
-    #[arg(long, value_name = "OUTPUT=VALUE", requires = "cube")]
+    #[arg(long, value_name = "OUTPUT=VALUE", requires_all = ["cube", "sweep"])]
     pub above: Vec<String>,
 }
 

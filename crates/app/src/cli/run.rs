@@ -46,9 +46,9 @@ pub struct Args {
     args: BuildArgs,
     /// Build once for each value of a parameter of the file or of a node, or of `seed`; can be given several times
     ///
-    /// Values are `1..20` (both ends included), `0.5..2/0.5` (by steps), `1..3/0.5 Myr` or a list `a,b,c`; several
-    /// sweeps build every combination. Name the folder by the values: `-o out/{seed}`. Nodes that no value changes are
-    /// computed once.
+    /// Values are `1..20` (both ends included), `0.5..2/0.5` (by steps), `1..3/0.5 Myr`, or a list `a,b,c` with a unit
+    /// after each number. Several sweeps build every combination. Name the folder by the values: `-o out/{seed}`. Nodes
+    /// that no value changes are computed once.
     #[arg(long, value_name = "NAME=VALUES")]
     sweep: Vec<Sweep>,
     #[command(flatten)]
@@ -113,7 +113,11 @@ impl Args {
         return_rasters();
         // so many rasters of a terrain are kept for the next ones, however many there are
         let memory = KEPT_RASTERS.saturating_mul(size_of::<f32>() * request.window().len()).min(REMEMBERED);
-        let begin = || Ok((Builder::new(&self.args.means, memory)?, stop::on_interrupt()?));
+        let begin = || {
+            sweep::check_is_plain(&self.sweep, &self.args.out)?;
+            sweep::check_without_sweep(request, &self.args.out)?;
+            Ok((Builder::new(&self.args.means, memory)?, stop::on_interrupt()?))
+        };
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
         let BuildArgs { changes, out, .. } = &self.args;
         let (sweeps, args, backend, is_quiet) = (&self.sweep[..], &self.cube, self.args.means.backend, self.quiet);

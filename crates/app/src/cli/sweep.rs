@@ -57,7 +57,23 @@ impl FromStr for Sweep {
                 return Err(format!("`{place}` has more than {MAX_BUILDS} values"));
             }
         }
+        check_units(&place, &all)?;
         Ok(Self { place, values: all })
+    }
+}
+
+/// Refuses a list in which some numbers have a unit and others none: in `0.5,1 Myr` the first may be meant as half a year
+/// or as half a million.
+fn check_units(place: &str, values: &[String]) -> Result<(), String> {
+    let is_number = |text: &str| text.parse::<f64>().is_ok();
+    let is_unit = |text: &str| text.chars().all(|c| c.is_alphanumeric() || "/²³°%µ^-".contains(c));
+    let united =
+        |value: &&String| value.split_once(' ').is_some_and(|(number, unit)| is_number(number) && is_unit(unit));
+    match (values.iter().find(|value| is_number(value)), values.iter().find(united)) {
+        (Some(plain), Some(united)) => Err(format!(
+            "`{place}` has `{plain}` without a unit and `{united}` with one; write a unit after each value"
+        )),
+        _ => Ok(()),
     }
 }
 
@@ -240,6 +256,21 @@ pub(super) fn check_without_sweep(request: &Request, folder: &Path) -> Result<()
     }
 }
 
+/// Refuses a folder named by swept values, for a cube, which holds all terrains.
+///
+/// # Errors
+/// When the folder has a name in braces that is swept.
+pub(super) fn check_is_plain(sweeps: &[Sweep], folder: &Path) -> Result<(), Failure> {
+    let text = folder.to_string_lossy();
+    match sweeps.iter().find(|sweep| text.contains(&format!("{{{}}}", sweep.place))) {
+        Some(sweep) => {
+            Err(Failure::wrong(format!("`{text}` is named by `{}`, but one cube holds all terrains", sweep.place))
+                .hint("choose a folder without names in braces"))
+        }
+        None => Ok(()),
+    }
+}
+
 /// The folder of a terrain: `{name}` is replaced by the value; characters that file names cannot have become `_`.
 fn filled(template: &Path, values: &BTreeMap<String, String>) -> PathBuf {
     let plain = |value: &str| -> String {
@@ -279,11 +310,15 @@ mod tests {
         assert_eq!(values("at=(1, 2),(3, 4)"), ["(1, 2)", "(3, 4)"]);
         assert_eq!(values("n=1..3,7"), ["1", "2", "3", "7"]);
         assert_eq!(values("map=../a.tif,../b.tif"), ["../a.tif", "../b.tif"]);
+        assert_eq!(values("age=1 kyr,1 Myr"), ["1 kyr", "1 Myr"]);
+        assert_eq!(values("map=1,2 valleys.tif"), ["1", "2 valleys.tif"]);
     }
 
     #[test]
     fn invalid_sweeps_are_refused() {
-        for text in ["seed", "=1..2", "a=3..1", "a=1..2/0", "a=1..2/-1", "a=1..x", "a=1,,2", "a=", "a=0..1/1e-9"] {
+        for text in
+            ["seed", "=1..2", "a=3..1", "a=1..2/0", "a=1..2/-1", "a=1..x", "a=1,,2", "a=", "a=0..1/1e-9", "a=0.5,1 Myr"]
+        {
             assert!(text.parse::<Sweep>().is_err(), "{text}");
         }
     }

@@ -50,7 +50,9 @@ impl Args {
 
     fn watch(&self) -> Result<(), Failure> {
         input::open(&self.args.file).map_err(|error| {
-            Failure::wrong(format!("`{}` cannot be watched: {}", self.args.file.display(), reason(&error)))
+            let failure =
+                Failure::wrong(format!("`{}` cannot be watched: {}", self.args.file.display(), reason(&error)));
+            Failure { code: "missing-file", ..failure }
         })?;
         let builder = Builder::new(&self.args.means, REMEMBERED)?;
         let cancel = stop::on_interrupt()?;

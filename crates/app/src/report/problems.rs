@@ -35,8 +35,10 @@ pub fn load(path: &Path, registry: &Registry) -> Result<Document, Failure> {
     };
     document.map_err(|error| match &error {
         LoadError::Unreadable { source, .. } => {
-            Failure::unable(format!("`{}` cannot be read: {}", path.display(), reason(source)))
+            let failure = Failure::unable(format!("`{}` cannot be read: {}", path.display(), reason(source)));
+            Failure { code: "missing-file", ..failure }
         }
+        LoadError::Missing(_) => Failure { code: "missing-file", ..Failure::wrong(error.to_string()) },
         _ => Failure::wrong(error.to_string()),
     })
 }

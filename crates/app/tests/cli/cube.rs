@@ -79,7 +79,13 @@ fn a_sweep_fills_a_cube() {
     let other = ["run", "g.ron", "--cube", "--sweep", "seed=1..4", "-o", "out"];
     place.run(&other).ended(1, &["is there already, and of another graph or sweep", "-o"]);
     place.run(&["run", "g.ron", "--cube", "--mesh", "glb"]).ended(1, &["--mesh"]);
-    place.run(&["run", "g.ron", "--cube", "--above", "land=3", "-o", "x"]).ended(1, &["no such output"]);
+    let swept = ["run", "g.ron", "--cube", "--sweep", "seed=1..2", "-o"];
+    place.run(&[&swept[..], &["x", "--above", "land=3"]].concat()).ended(1, &["no such output"]);
+    // statistics are those of a sweep, and a cube is one folder
+    place.run(&["run", "g.ron", "--cube", "--above", "height=3", "-o", "x"]).ended(1, &["--sweep"]);
+    place.run(&["run", "g.ron", "--cube", "--quantiles", "0.5", "-o", "x"]).ended(1, &["--sweep"]);
+    place.run(&[&swept[..], &["x/{seed}"]].concat()).ended(1, &["one cube holds all terrains"]);
+    assert!(!place.path("x").exists());
 }
 
 #[test]

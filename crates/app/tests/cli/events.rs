@@ -63,6 +63,7 @@ fn problems_of_a_file_come_one_per_line() {
     for command in ["run", "check", "watch"] {
         let lines = json_lines(&place.run(&[command, "none.ron", "--json"]).ended(1, &["none.ron"]).out);
         assert_eq!((lines.len(), &lines[0]["event"]), (1, &"error".into()), "{lines:?}");
+        assert_eq!(lines[0]["code"], "missing-file", "{command}");
         assert!(lines[0]["message"].as_str().is_some_and(|message| message.contains("none.ron")), "{lines:?}");
     }
 }

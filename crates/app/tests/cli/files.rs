@@ -10,6 +10,11 @@ fn check_passes_valid_files_and_counts_the_rest() {
     place.write("a.ron", SMALL);
     place.write("b.ron", &SMALL.replace("Slope(", "Slop("));
     assert!(place.run(&["check", "a.ron"]).done().out.contains("ok a.ron  3 nodes, 3 outputs"));
+    // warnings count before a build on which nobody looks
+    place.write("c.ron", &SMALL.replace("Slope(height: \"plain\")", "Slope(height: \"plain\", from: 50, to: 10)"));
+    place.run(&["check", "c.ron"]).done();
+    place.run(&["check", "--strict", "a.ron"]).done();
+    place.run(&["check", "--strict", "a.ron", "c.ron"]).ended(1, &["1 warning"]);
     let ran = place.run(&["check", "a.ron", "none.ron", "b.ron"]).ended(1, &["1 problem in b.ron", "none.ron"]);
     assert!(ran.out.contains("ok a.ron"), "{ran:?}");
 }
@@ -282,6 +287,15 @@ fn rasters_are_divided_into_tiles_of_one_range() {
     let ran = place.run(&["run", "g.ron", "-o", "unreal", "--tiles", "2x1", "--engine", "unreal"]).done();
     assert!(ran.out.contains("height_x1_y0.png") && ran.out.contains("Location X"), "{ran:?}");
     assert!(place.read("unreal/unreal.txt").contains("settings of the first tile"));
+    // 320 m to the east, in centimetres; a window has its position too, in metres with z to the north
+    let setting = |file: &str, name: &str| {
+        let text: serde_json::Value = serde_json::from_str(&place.read(file)).expect("JSON");
+        text["import"][name].as_f64()
+    };
+    assert_eq!(setting("unreal/height_x1_y0.png.json", "Location X"), Some(32_000.0));
+    place.run(&["run", "g.ron", "-o", "part", "--engine", "unity", "--window", "160,40,320 x 160", "-q"]).done();
+    let [x, z] = ["Position X", "Position Z"].map(|name| setting("part/height.r16.json", name));
+    assert_eq!((x, z), (Some(160.0), Some(120.0)));
 }
 
 /// A world that is not square, with an output of every type that an engine imports and one that it does not.

@@ -142,9 +142,9 @@ fn a_sweep_builds_a_terrain_for_each_value() {
     assert!(fs::read(place.path("alone/height.exr")).expect("written") == lands[6], "as when built by itself");
 
     // two sweeps build every combination; nodes that no value changes are computed once
-    let args = ["run", "g.ron", "--json", "--sweep", "high=100,0.2 km", "--sweep", "base.value=1..3/2"];
+    let args = ["run", "g.ron", "--json", "--sweep", "high=100 m,0.2 km", "--sweep", "base.value=1..3/2"];
     let ran = place.run(&[&args[..], &["-o", "p/{high}_{base.value}"]].concat()).done();
-    assert_eq!(place.names("p"), ["0.2_km_1", "0.2_km_3", "100_1", "100_3"]);
+    assert_eq!(place.names("p"), ["0.2_km_1", "0.2_km_3", "100_m_1", "100_m_3"]);
     let lines = json_lines(&ran.out);
     let hills = |origin: &str| {
         let of =
@@ -165,7 +165,8 @@ fn sweeps_that_would_overwrite_files_are_refused() {
     };
     refused(&["--sweep", "seed=1..3"], &["the 3 terrains of `seed` would overwrite each other", "-o \"out/{seed}\""]);
     refused(&["--sweep", "seed=1..3", "-o", "out/{seeds}/{seed}"], &["`{seeds}`", "the sweeps are `{seed}`"]);
-    refused(&["--sweep", "top=1,2 km", "-o", "out/{top}"], &["--sweep top=2 km"]);
+    refused(&["--sweep", "top=1 km,2 km", "-o", "out/{top}"], &["--sweep top=1 km"]);
+    refused(&["--sweep", "top=1,2 km", "-o", "out/{top}"], &["`1` without a unit and `2 km` with one"]);
     refused(&["--sweep", "top=1,1", "-o", "out/{top}"], &["would both be written to `out/1`"]);
     refused(&["--sweep", "tip=1,2", "-o", "out/{tip}"], &["did you mean `top`?"]);
     refused(&["--sweep", "top=1..9000", "-o", "out/{top}"], &["but must be a plain number from 0 to 2000"]);

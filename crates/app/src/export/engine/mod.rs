@@ -13,7 +13,7 @@ mod unreal;
 use clap::ValueEnum;
 use orograph_graph::{Field, NodeError, PortType};
 use orograph_nodes::raster::{Format, GoOn, Writing};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 pub use self::sheet::sheet;
 use super::{
@@ -109,13 +109,20 @@ impl Engine {
         }
     }
 
-    /// Adds the position of a tile to the import settings of its heights.
-    pub fn place(self, import: &mut Map<String, Value>, tiles: Tiles, tile: [u32; 2]) {
-        match self {
-            Self::Unreal => unreal::place(import, tile),
-            Self::Unity => unity::place(import, tiles, tile),
-            Self::Godot => {}
-        }
+    /// Adds the position of a part of the world to the import settings of its heights: metres to the east and to the
+    /// south from the north-west corner of the world to that of the part, and from its south side to that of the world.
+    pub fn place(self, import: &mut Map<String, Value>, [east_m, south_m]: [f64; 2], rest_m: f64) {
+        let is_height = |name: &str| import.contains_key(name);
+        let position = match self {
+            // centimetres, with y to the south
+            Self::Unreal if is_height("Scale Z") => {
+                json!({"Location X": 100.0 * east_m, "Location Y": 100.0 * south_m})
+            }
+            // z points north, and a terrain lies at its south-west corner
+            Self::Unity if is_height("Terrain Height") => json!({"Position X": east_m, "Position Z": rest_m}),
+            _ => return,
+        };
+        import.extend(settings(position));
     }
 }
 

@@ -6,7 +6,7 @@
 
 use orograph_graph::{Field, NodeError, PortType};
 use orograph_nodes::raster::{Format, GoOn};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::{codes, mask_at, normal_texture, settings, short, span, texture};
 use crate::export::{
@@ -100,15 +100,6 @@ fn sides(field: &Field, tiles: Tiles) -> [f64; 2] {
 fn tiling(field: &Field, tiles: Tiles) -> String {
     let [width, length] = sides(field, tiles).map(short);
     format!("{width} x {length}")
-}
-
-/// The corner of a tile: Unity's z points north, and a terrain lies at its south-west corner.
-pub(super) fn place(import: &mut Map<String, Value>, tiles: Tiles, [column, row]: [u32; 2]) {
-    let sides = ["Terrain Width", "Terrain Length"].map(|name| import.get(name).and_then(Value::as_f64));
-    if let [Some(width), Some(length)] = sides {
-        let [x, z] = [f64::from(column) * width, f64::from(tiles.counts()[1] - 1 - row) * length];
-        import.extend(settings(json!({ "Position X": x, "Position Z": z })));
-    }
 }
 
 fn height(height: &Field, tiles: Tiles, dither: bool, go_on: GoOn<'_>) -> Result<Piece, NodeError> {

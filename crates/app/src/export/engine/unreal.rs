@@ -102,20 +102,6 @@ fn layer(landscape: &Landscape, which: &str) -> Map<String, Value> {
     }))
 }
 
-/// The corner of a tile, from its number of squares and their size.
-pub(super) fn place(import: &mut Map<String, Value>, tile: [u32; 2]) {
-    for (axis, name) in ["X", "Y"].into_iter().enumerate() {
-        let squares =
-            import.get("Overall Resolution").and_then(Value::as_str).and_then(|both| both.split(" x ").nth(axis));
-        let squares = squares.and_then(|vertices| vertices.parse::<u32>().ok()).map(|vertices| vertices - 1);
-        let scale = import.get(&format!("Scale {name}")).and_then(Value::as_f64);
-        if let Some((squares, scale)) = squares.zip(scale) {
-            let corner = f64::from(tile[axis] * squares) * scale;
-            import.extend(settings(json!({ format!("Location {name}"): corner })));
-        }
-    }
-}
-
 fn height(
     landscape: &Landscape,
     vertices: [u32; 2],

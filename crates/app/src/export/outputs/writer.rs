@@ -120,8 +120,9 @@ impl<'a> OutputWriter<'a> {
                     let field = tiles.cut(&piece.field, tile, piece.shared);
                     let raster = self.open(name, *field.window(), piece.content, &field, go_on)?;
                     let mut import = piece.import.clone();
-                    if options.tiles.is_some() {
-                        engine.place(&mut import, tiles, tile);
+                    if options.tiles.is_some() || !self.window.is_whole() {
+                        let (corner_m, rest_m) = self.position(tiles, tile);
+                        engine.place(&mut import, corner_m, rest_m);
                     }
                     // the grid of an engine has a window of its own, which tells where a tile is
                     let shows = if options.tiles.is_some() { *field.window() } else { self.window };
@@ -144,6 +145,16 @@ impl<'a> OutputWriter<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Metres to the east and to the south from the world's north-west corner to that of a tile of the window, and
+    /// from its south side to that of the world.
+    fn position(&self, tiles: Tiles, tile: [u32; 2]) -> ([f64; 2], f64) {
+        let (window, counts) = (&self.window, tiles.counts());
+        let side = [0, 1].map(|axis| f64::from(window.cells[axis]) / f64::from(counts[axis]));
+        let corner = [0, 1].map(|axis| f64::from(window.origin[axis]) + f64::from(tile[axis]) * side[axis]);
+        let rest = f64::from(window.world.cells[1]) - corner[1] - side[1];
+        (corner.map(|cells| cells * window.cell_m()), rest * window.cell_m())
     }
 
     fn open(

@@ -159,7 +159,7 @@ fn report(glacier: &Glacier) -> Report {
     let mut report = Report::default();
     report.measure("ice_volume", sum(&glacier.ice.depth), "m³");
     report.measure("ice_area", area_m2 * covered, "m²");
-    report.measure("ice_thickest", glacier.deepest_m, "m");
+    report.measure("ice_thickest_ever", glacier.deepest_m, "m");
     report.measure("ice_steps", glacier.ledger.steps as f64, "");
     if let Some(ice_m) = glacier.ice_total_m() {
         let Ledger { gained_m, melted_m, left_m, .. } = glacier.ledger;

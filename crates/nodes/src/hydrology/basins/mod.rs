@@ -3,12 +3,12 @@
 #[cfg(test)]
 mod tests;
 
-use orograph_graph::memory::zeroed;
+use orograph_graph::{Axis, Series, memory::zeroed};
 
 use crate::{
     numerics::{
         drained::Drained,
-        par,
+        math, par,
         routing::{Drainage, Grid, code::has_receiver},
     },
     prelude::*,
@@ -47,7 +47,7 @@ outputs! {
     mask: Mask;
     /// 1 in cells beside another basin or the outside, 0 elsewhere.
     divide: Mask;
-    /// Number and areas of the basins.
+    /// Number and areas of the basins, and where the catchment of a place ends.
     report: Report;
 }
 
@@ -111,7 +111,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         basin: wants.basin.then(|| cells(&|cell| numbers[cell] as f32)).transpose()?,
         mask: wants.mask.then(|| cells(&|cell| share(numbers[cell] > 0))).transpose()?,
         divide: wants.divide.then(|| cells(&|cell| share(numbers[cell] > 0 && differs(cell)))).transpose()?,
-        report: wants.report.then(|| report(&basins, &numbers, job.cell_m() * job.cell_m())),
+        report: wants.report.then(|| report(job, &params, &basins, &numbers)),
     }
     .into())
 }
@@ -154,12 +154,28 @@ fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Optio
     Ok(Some(Basin { end: end as u32, area_m2 }))
 }
 
-fn report(basins: &[Basin], numbers: &[u32], cell_m2: f64) -> Report {
-    let cells = par::count(numbers, |&number| number > 0) as f64;
+/// The number and the areas of the basins; of the catchment of a place, where it ends too.
+fn report(job: &Job<'_>, params: &Params, basins: &[Basin], numbers: &[u32]) -> Report {
+    let cell_m2 = job.cell_m() * job.cell_m();
+    let mut cells = vec![0_u64; basins.len() + 1];
+    numbers.iter().for_each(|&number| cells[number as usize] += 1);
+    let areas: Vec<f64> = cells[1..].iter().map(|&cells| cells as f64 * cell_m2).collect();
+    let inside: u64 = cells[1..].iter().sum();
     let mut report = Report::default();
     report.measure("basins", basins.len() as f64, "");
-    report.measure("area", cell_m2 * cells, "m²");
-    report.measure("coverage", cells / numbers.len().max(1) as f64, "");
-    report.measure("largest_area", basins.first().map_or(0.0, |basin| f64::from(basin.area_m2)), "m²");
+    report.measure("area", inside as f64 * cell_m2, "m²");
+    report.measure("coverage", inside as f64 / numbers.len().max(1) as f64, "");
+    report.measure("largest_area", areas.first().copied().unwrap_or(0.0), "m²");
+    if let (Choose::Place, [basin]) = (params.choose, basins) {
+        let (window, Position(at)) = (job.window(), params.at);
+        let end = basin.end as usize;
+        let outlet = window.centre_m(end % window.nx(), end / window.nx());
+        report.measure("outlet_x", outlet[0], "m");
+        report.measure("outlet_y", outlet[1], "m");
+        report.measure("outlet_moved", math::hypot(outlet[0] - at[0], outlet[1] - at[1]), "m");
+    } else if !areas.is_empty() {
+        let numbers = Axis::new("basin", "", (1..=areas.len()).map(|number| number as f64).collect());
+        report.series.push(Series::new("areas", numbers, Axis::logarithmic("area", "m²", areas)));
+    }
     report
 }

@@ -172,6 +172,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let is_channel = area_m2 > params.channel_area;
         if is_channel { math::exp(params.concavity * math::ln(params.reference_area / area_m2)) as f32 } else { 0.0 }
     });
+    if !par::any(&weights, |weight| *weight > 0.0) {
+        job.warn("no cell drains more than `channel_area`, so there is no steepness and no chi".to_owned());
+    }
     let channels = Channels { grid: &grid, drained: &drained, codes: &codes, cell_m: job.cell_m(), weights };
     // on hillslopes as wished, and 0 in cells that drain to no channel
     let shown = |cell: usize| params.hillslopes || channels.has(cell);
@@ -212,6 +215,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         if grows(cell) { length_m * f64::from(channels.weights[cell]) } else { 0.0 }
     };
     let chi = wants.chi.then(|| summed(&chi, &shown)).transpose()?;
+    if chi.as_ref().is_some_and(|chi: &Field| chi.samples().iter().all(|chi| *chi == 0.0)) && params.base > -12_000.0 {
+        job.warn("no channel is higher than `base`, so chi is 0 everywhere".to_owned());
+    }
     job.advance(0.8)?;
     let distance = wants.distance.then(|| summed(&|_, length_m| length_m, &|_| true)).transpose()?;
     Ok(Given { steepness, chi, distance }.into())

@@ -138,7 +138,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let grid = mapping.grid(job, &params);
     let read = match streamed(job, &params, reader, &grid) {
         Ok(Some(read)) => Ok((read, "are set to `level`")),
-        Ok(None) => filled(job, &params, &path, &head, &grid).map(|read| (read, "are filled from those around")),
+        Ok(None) => filled(job, &params, &path, &head, &grid)
+            .map(|read| (read, "are filled from those around; `data` is 0 there")),
         Err(problem) => Err(problem),
     };
     let (read, done) = match read {

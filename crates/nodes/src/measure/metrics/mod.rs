@@ -112,7 +112,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Some(data) => &known(inputs.height, data)?,
         None => inputs.height,
     };
-    let report = metrics(job, height, inputs.mask, &Params::read(job.params))?;
+    let mut report = metrics(job, height, inputs.mask, &Params::read(job.params))?;
+    if inputs.mask.is_some() {
+        report.notes.push("water flows outside of the mask too: basins are those of all ground".to_owned());
+    }
     Ok(Given { report: Some(report) }.into())
 }
 
