@@ -61,12 +61,21 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
-    scratch: Scratch::PerCell(18.0),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("cells near divides may drain to the other side"),
     example: "flow: \"flow.flow\", smallest: 4000000",
     ..Node::DEFAULT
 };
+
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let wants = Wants::among(sizing.wanted);
+    let rasters = [wants.basin, wants.mask, wants.divide].into_iter().filter(|is| *is).count() as f64;
+    // receivers and numbers, and before the results the order of cells
+    let (held, ordered) = (1.0 + 4.0, 7.0);
+    sizing.cells(held + (ordered - 4.0 * rasters).max(0.1))
+}
 
 /// A basin: the cell in which it ends, and its area.
 #[derive(Clone, Copy)]

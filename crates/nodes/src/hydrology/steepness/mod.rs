@@ -3,6 +3,7 @@
 //! Chi is the integral of Perron and Royden (2013). Steepness is the fall along a reach over the growth of its chi, which
 //! is less scattered than the slope of single cells (Wobus et al. 2006).
 
+mod profile;
 #[cfg(test)]
 mod tests;
 
@@ -47,6 +48,8 @@ outputs! {
     chi: Scalar(Metres);
     /// Length of the way of the water from each cell to where it leaves the world.
     distance: Scalar(Metres);
+    /// Quantiles of the steepness, and the profile of the largest river, along its length and along chi.
+    report: Report;
 }
 
 /// The declaration.
@@ -77,12 +80,19 @@ pub static NODE: Node = Node {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // tables of the quantiles
+    const TABLES: u64 = 1_600_000;
     let wants = Wants::among(sizing.wanted);
+    let when = |is: bool, bytes: f64| if is { bytes } else { 0.0 };
     // receivers, the order of cells, weights
-    let held = 1.0 + 5.0 + 4.0;
-    // sums in double precision, or the largest donors
-    let summed = if wants.chi || wants.distance { 8.0 } else { 4.0 };
-    sizing.cells(held + summed)
+    let held = 1.0 + 7.0 + 4.0;
+    let [steepness, chi, distance] = [wants.steepness, wants.chi, wants.distance].map(|is| when(is, 4.0));
+    // the largest donors and the steepness; for the report that of the channels too, and in order
+    let measured = when(wants.steepness || wants.report, 8.0) + when(wants.report, 8.0);
+    // a sum in double precision beside the results
+    let summed = steepness + when(wants.chi || wants.distance, 8.0) + chi + distance;
+    let peak = held + measured.max(summed);
+    sizing.cells(peak - steepness - chi - distance) + if wants.report { TABLES } else { 0 }
 }
 
 /// Marks a channel cell without a channel above it.
@@ -180,7 +190,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let shown = |cell: usize| params.hillslopes || channels.has(cell);
     let field = |samples| Field::new(job.window(), samples);
 
-    let steepness = if wants.steepness {
+    let mut report = None;
+    let steepness = if wants.steepness || wants.report {
         let donors = channels.donors(job)?;
         // slope times the power of the area: chi has that of the reference area
         let per = math::exp(params.concavity * math::ln(params.reference_area));
@@ -193,12 +204,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
                 }
             }
         })?;
+        report = wants.report.then(|| profile::report(&channels, &donors, &values, params.base));
         drop(donors);
-        if params.hillslopes {
+        if params.hillslopes && wants.steepness {
             let link = |cell: usize, _, own, below| if channels.has(cell) { own } else { below };
             drainage.upstream(job, &grid, &codes, &mut values, link)?;
         }
-        Some(field(values))
+        wants.steepness.then(|| field(values))
     } else {
         None
     };
@@ -220,5 +232,5 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     }
     job.advance(0.8)?;
     let distance = wants.distance.then(|| summed(&|_, length_m| length_m, &|_| true)).transpose()?;
-    Ok(Given { steepness, chi, distance }.into())
+    Ok(Given { steepness, chi, distance, report }.into())
 }

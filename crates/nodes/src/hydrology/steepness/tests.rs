@@ -60,6 +60,25 @@ fn rivers_in_balance_have_one_steepness() {
     }
 }
 
+/// The profiles of a river in balance: all of its length, and a straight line over chi.
+#[test]
+fn the_report_has_the_profile_of_the_largest_river() {
+    let height = river(300, 120.0, 0.45);
+    let params = testing::with_params(&NODE, "channel_area=0");
+    let mut outputs = testing::outputs(&NODE, &params, &[("flow", &drained(&height, ""))]).expect("a result");
+    let report = outputs.take("report").expect("a report").as_report().expect("a report").clone();
+    let measure = |name: &str| report.get(name).expect("a measure");
+    assert_eq!((measure("river_length"), measure("channels_length")), (29_900.0, 29_900.0));
+    assert!((measure("steepness_p50") / 120.0 - 1.0).abs() < 2e-3);
+    let [profile, over_chi] = ["profile", "chi_profile"]
+        .map(|name| report.series.iter().find(|series| series.name == name).expect("a curve"));
+    assert_eq!((profile.x.values.len(), profile.x.values[299]), (300, 29_900.0));
+    assert_eq!(profile.y.values[299] as f32, height.samples()[0]);
+    let slope = measure("river_relief") / measure("river_chi");
+    let apart = over_chi.x.values.iter().zip(&over_chi.y.values).map(|(chi, level)| (chi * slope - level).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-3 * measure("river_relief"));
+}
+
 /// On rough terrain, walking down from each cell gives the same.
 #[test]
 fn sums_are_those_of_walks() {
