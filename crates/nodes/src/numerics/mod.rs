@@ -22,6 +22,7 @@ pub mod lines;
 pub mod math;
 pub mod memory;
 pub mod noise;
+pub(crate) mod outlines;
 pub mod palettes;
 pub mod par;
 pub mod polylines;

@@ -3,12 +3,12 @@
 #[cfg(test)]
 mod tests;
 
-use orograph_graph::{Axis, Series, memory::zeroed};
+use orograph_graph::{Axis, Lines, Series, memory::zeroed};
 
 use crate::{
     numerics::{
         drained::Drained,
-        math, par,
+        math, outlines, par,
         routing::{Drainage, Grid, code::has_receiver},
     },
     prelude::*,
@@ -47,6 +47,8 @@ outputs! {
     mask: Mask;
     /// 1 in cells beside another basin or the outside, 0 elsewhere.
     divide: Mask;
+    /// The divides as closed lines around each basin, whose `order` is the number of the basin.
+    outlines: Lines;
     /// Number and areas of the basins, and where the catchment of a place ends.
     report: Report;
 }
@@ -72,9 +74,10 @@ pub static NODE: Node = Node {
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let wants = Wants::among(sizing.wanted);
     let rasters = [wants.basin, wants.mask, wants.divide].into_iter().filter(|is| *is).count() as f64;
-    // receivers and numbers, and before the results the order of cells
+    // receivers and numbers; before the results the order of cells, and beside them the walks of outlines
     let (held, ordered) = (1.0 + 4.0, 7.0);
-    sizing.cells(held + (ordered - 4.0 * rasters).max(0.1))
+    let traced = if wants.outlines { 4.1 } else { 0.1 };
+    sizing.cells(held + (ordered - 4.0 * rasters).max(traced))
 }
 
 /// A basin: the cell in which it ends, and its area.
@@ -120,6 +123,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         basin: wants.basin.then(|| cells(&|cell| numbers[cell] as f32)).transpose()?,
         mask: wants.mask.then(|| cells(&|cell| share(numbers[cell] > 0))).transpose()?,
         divide: wants.divide.then(|| cells(&|cell| share(numbers[cell] > 0 && differs(cell)))).transpose()?,
+        outlines: wants.outlines.then(|| divides(job, &grid, &drained, &numbers)).transpose()?,
         report: wants.report.then(|| report(job, &params, &basins, &numbers)),
     }
     .into())
@@ -161,6 +165,23 @@ fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Optio
         }
     }
     Ok(Some(Basin { end: end as u32, area_m2 }))
+}
+
+/// Returns a closed line around each part of a basin, and around the ground inside that drains elsewhere. Its elevation
+/// is that of the highest cell at each corner.
+fn divides(job: &Job<'_>, grid: &Grid, drained: &Drained<'_>, numbers: &[u32]) -> Result<Lines, NodeError> {
+    let (nx, ny) = (grid.nx as i64, grid.ny as i64);
+    let elevation_m = |[x, y]: outlines::Corner| {
+        let around = [[x - 1, y - 1], [x, y - 1], [x - 1, y], [x, y]];
+        let inside = around.into_iter().filter(|[x, y]| (0..nx).contains(x) && (0..ny).contains(y));
+        let levels = inside.map(|[x, y]| f64::from(drained.level_m[(y * nx + x) as usize]));
+        levels.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let parts = outlines::parts(job, grid.nx, numbers)?;
+    let lines = parts
+        .iter()
+        .flat_map(|part| part.rings.iter().map(|ring| outlines::line(ring, job.cell_m(), part.region, elevation_m)));
+    Ok(Lines::open(lines.collect()))
 }
 
 /// The number and the areas of the basins; of the catchment of a place, where it ends too.

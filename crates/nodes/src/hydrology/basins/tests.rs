@@ -34,6 +34,19 @@ fn basins_are_numbered_by_size_and_meet_at_divides() {
     let at = |x: usize, y: usize| basin[y * 30 + x];
     assert_eq!([at(5, 25), at(20, 25), at(12, 25), at(13, 25)], [2.0, 1.0, 2.0, 1.0]);
     assert_eq!([11, 12, 13, 14].map(|x| divide[25 * 30 + x]), [0.0, 1.0, 1.0, 0.0]);
+    // a ring around each basin, with its area inside; the outer ring runs counter-clockwise with north up
+    let outlines = outputs.take("outlines").expect("lines").as_lines().expect("lines").clone();
+    assert_eq!(outlines.lines.iter().map(|line| line.order).collect::<Vec<_>>(), [2, 1]);
+    for line in &outlines.lines {
+        let ends = [line.vertices.first(), line.vertices.last()].map(|end| end.expect("vertices").position_m);
+        assert_eq!(ends[0], ends[1]);
+        let pairs = line.vertices.windows(2).map(|pair| [pair[0].position_m, pair[1].position_m]);
+        let area_m2 = 0.5 * pairs.map(|[a, b]| a[1] * b[0] - a[0] * b[1]).sum::<f64>();
+        assert_eq!(area_m2, 1e4 * basin.iter().filter(|number| **number == line.order as f32).count() as f64);
+        // at the divide, the line is as high as its highest cell
+        let at_divide = line.vertices.iter().find(|vertex| vertex.position_m == [1300.0, 0.0]).expect("a corner");
+        assert!((at_divide.elevation_m - (1995.0 + 0.4 * 750.0)).abs() < 60.0, "{}", at_divide.elevation_m);
+    }
     assert!(basin.iter().zip(&mask).all(|(basin, mask)| (*basin > 0.0) == (*mask == 1.0)));
 }
 
