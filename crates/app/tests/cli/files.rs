@@ -287,12 +287,12 @@ fn rasters_are_divided_into_tiles_of_one_range() {
     let ran = place.run(&["run", "g.ron", "-o", "unreal", "--tiles", "2x1", "--engine", "unreal"]).done();
     assert!(ran.out.contains("height_x1_y0.png") && ran.out.contains("Location X"), "{ran:?}");
     assert!(place.read("unreal/unreal.txt").contains("settings of the first tile"));
-    // 320 m to the east, in centimetres; a window has its position too, in metres with z to the north
+    // its centre is 160 m to the east of that of the world, in centimetres; a window has its position too, in metres with z to the north
     let setting = |file: &str, name: &str| {
         let text: serde_json::Value = serde_json::from_str(&place.read(file)).expect("JSON");
         text["import"][name].as_f64()
     };
-    assert_eq!(setting("unreal/height_x1_y0.png.json", "Location X"), Some(32_000.0));
+    assert_eq!(setting("unreal/height_x1_y0.png.json", "Location X"), Some(16_000.0));
     place.run(&["run", "g.ron", "-o", "part", "--engine", "unity", "--window", "160,40,320 x 160", "-q"]).done();
     let [x, z] = ["Position X", "Position Z"].map(|name| setting("part/height.r16.json", name));
     assert_eq!((x, z), (Some(160.0), Some(120.0)));

@@ -109,21 +109,35 @@ impl Engine {
         }
     }
 
-    /// Adds the position of a part of the world to the import settings of its heights: metres to the east and to the
-    /// south from the north-west corner of the world to that of the part, and from its south side to that of the world.
-    pub fn place(self, import: &mut Map<String, Value>, [east_m, south_m]: [f64; 2], rest_m: f64) {
+    /// Adds the position of a part of the world to the import settings of its heights.
+    pub fn place(self, import: &mut Map<String, Value>, part: &Part) {
         let is_height = |name: &str| import.contains_key(name);
+        let Part { corner_m: [east, south], size_m: [width, length], world_m } = *part;
         let position = match self {
-            // centimetres, with y to the south
-            Self::Unreal if is_height("Scale Z") => {
-                json!({"Location X": 100.0 * east_m, "Location Y": 100.0 * south_m})
-            }
+            // centimetres, with y to the south; the location is the centre, and that of the whole world is the origin
+            Self::Unreal if is_height("Scale Z") => json!({
+                "Location X": 100.0 * (east + 0.5 * (width - world_m[0])),
+                "Location Y": 100.0 * (south + 0.5 * (length - world_m[1])),
+            }),
             // z points north, and a terrain lies at its south-west corner
-            Self::Unity if is_height("Terrain Height") => json!({"Position X": east_m, "Position Z": rest_m}),
+            Self::Unity if is_height("Terrain Height") => {
+                json!({"Position X": east, "Position Z": world_m[1] - south - length})
+            }
             _ => return,
         };
         import.extend(settings(position));
     }
+}
+
+/// A part of the world: its north-west corner in metres from that of the world, its size, and that of the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Metres to the east and to the south.
+    pub corner_m: [f64; 2],
+    /// Width and length in metres.
+    pub size_m: [f64; 2],
+    /// Width and length of the world in metres.
+    pub world_m: [f64; 2],
 }
 
 /// A mask at vertices, in 8 bits.

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     export::{
+        engine::Part,
         mesh::Mesh,
         picture::{Shrinking, View, of_height},
         tiles::Tiles,
@@ -121,8 +122,7 @@ impl<'a> OutputWriter<'a> {
                     let raster = self.open(name, *field.window(), piece.content, &field, go_on)?;
                     let mut import = piece.import.clone();
                     if options.tiles.is_some() || !self.window.is_whole() {
-                        let (corner_m, rest_m) = self.position(tiles, tile);
-                        engine.place(&mut import, corner_m, rest_m);
+                        engine.place(&mut import, &self.part(tiles, tile));
                     }
                     // the grid of an engine has a window of its own, which tells where a tile is
                     let shows = if options.tiles.is_some() { *field.window() } else { self.window };
@@ -147,14 +147,13 @@ impl<'a> OutputWriter<'a> {
         Ok(())
     }
 
-    /// Metres to the east and to the south from the world's north-west corner to that of a tile of the window, and
-    /// from its south side to that of the world.
-    fn position(&self, tiles: Tiles, tile: [u32; 2]) -> ([f64; 2], f64) {
-        let (window, counts) = (&self.window, tiles.counts());
-        let side = [0, 1].map(|axis| f64::from(window.cells[axis]) / f64::from(counts[axis]));
-        let corner = [0, 1].map(|axis| f64::from(window.origin[axis]) + f64::from(tile[axis]) * side[axis]);
-        let rest = f64::from(window.world.cells[1]) - corner[1] - side[1];
-        (corner.map(|cells| cells * window.cell_m()), rest * window.cell_m())
+    /// The part of the world that a tile of the window shows.
+    fn part(&self, tiles: Tiles, tile: [u32; 2]) -> Part {
+        let (window, counts, cell_m) = (&self.window, tiles.counts(), self.window.cell_m());
+        let size_m = [0, 1].map(|axis| f64::from(window.cells[axis]) * cell_m / f64::from(counts[axis]));
+        let corner = |axis: usize| f64::from(window.origin[axis]) * cell_m + f64::from(tile[axis]) * size_m[axis];
+        let world_m = window.world.cells.map(|cells| f64::from(cells) * cell_m);
+        Part { corner_m: [corner(0), corner(1)], size_m, world_m }
     }
 
     fn open(
