@@ -287,7 +287,8 @@ fn rasters_are_divided_into_tiles_of_one_range() {
     let ran = place.run(&["run", "g.ron", "-o", "unreal", "--tiles", "2x1", "--engine", "unreal"]).done();
     assert!(ran.out.contains("height_x1_y0.png") && ran.out.contains("Location X"), "{ran:?}");
     assert!(place.read("unreal/unreal.txt").contains("settings of the first tile"));
-    // its centre is 160 m to the east of that of the world, in centimetres; a window has its position too, in metres with z to the north
+    // its centre is 160 m east of that of the world, in centimetres; a window has its position too, in metres with z to
+    // the north
     let setting = |file: &str, name: &str| {
         let text: serde_json::Value = serde_json::from_str(&place.read(file)).expect("JSON");
         text["import"][name].as_f64()
