@@ -260,11 +260,8 @@ impl Builder {
     ) -> Result<Built, Failure> {
         let start = machine::now();
         let cells = request.window().cells;
-        match (options.engine, options.tiles) {
-            (Some(engine), tiles) => engine.check(cells, tiles)?,
-            (None, Some(tiles)) => tiles.check(cells)?,
-            (None, None) => {}
-        }
+        options.engine.map_or(Ok(()), |engine| engine.check(cells, options.tiles()))?;
+        options.tiles().map_or(Ok(()), |tiles| tiles.check(cells))?;
         if request.outputs.iter().any(|output| output.ty == PortType::Lines) {
             Coordinates::new(options.lines, &request.world)?;
         }

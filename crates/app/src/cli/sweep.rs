@@ -67,8 +67,10 @@ impl FromStr for Sweep {
 fn check_units(place: &str, values: &[String]) -> Result<(), String> {
     let is_number = |text: &str| text.parse::<f64>().is_ok();
     let is_unit = |text: &str| text.chars().all(|c| c.is_alphanumeric() || "/²³°%µ^-".contains(c));
-    let united =
-        |value: &&String| value.split_once(' ').is_some_and(|(number, unit)| is_number(number) && is_unit(unit));
+    let united = |value: &&String| {
+        let (number, unit) = value.split_at(digits_end(value));
+        is_number(number.trim()) && !unit.trim().is_empty() && is_unit(unit.trim())
+    };
     match (values.iter().find(|value| is_number(value)), values.iter().find(united)) {
         (Some(plain), Some(united)) => Err(format!(
             "`{place}` has `{plain}` without a unit and `{united}` with one; write a unit after each value"
@@ -99,15 +101,17 @@ fn starts_like_a_number(text: &str) -> bool {
     text.trim_start().starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'))
 }
 
+/// The length of the number, or of `to/step`, that a text begins with.
+fn digits_end(text: &str) -> usize {
+    let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | '/' | 'e' | 'E');
+    let end = text.find(|c: char| !number(c)).unwrap_or(text.len());
+    // An `e` that begins a unit is not an exponent.
+    text[..end].trim_end_matches(['e', 'E']).len()
+}
+
 /// The values of `from..to/step`, both ends included; a unit after the last number applies to all.
 fn range(from: &str, rest: &str) -> Result<Vec<String>, String> {
     let wrong = || format!("`{from}..{rest}` is not a range; write `1..20`, `0.5..2/0.5` or `1..3/0.5 Myr`");
-    let digits_end = |text: &str| {
-        let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | '/' | 'e' | 'E');
-        let end = text.find(|c: char| !number(c)).unwrap_or(text.len());
-        // An `e` that begins a unit is not an exponent.
-        end - text[..end].len() + text[..end].trim_end_matches(['e', 'E']).len()
-    };
     let rest = rest.trim();
     let (numbers, unit) = rest.split_at(digits_end(rest));
     let (to, step) = numbers.split_once('/').unwrap_or((numbers, "1"));
@@ -316,9 +320,19 @@ mod tests {
 
     #[test]
     fn invalid_sweeps_are_refused() {
-        for text in
-            ["seed", "=1..2", "a=3..1", "a=1..2/0", "a=1..2/-1", "a=1..x", "a=1,,2", "a=", "a=0..1/1e-9", "a=0.5,1 Myr"]
-        {
+        for text in [
+            "seed",
+            "=1..2",
+            "a=3..1",
+            "a=1..2/0",
+            "a=1..2/-1",
+            "a=1..x",
+            "a=1,,2",
+            "a=",
+            "a=0..1/1e-9",
+            "a=0.5,1 Myr",
+            "a=1,2km²",
+        ] {
             assert!(text.parse::<Sweep>().is_err(), "{text}");
         }
     }

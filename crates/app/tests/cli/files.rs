@@ -297,6 +297,12 @@ fn rasters_are_divided_into_tiles_of_one_range() {
     place.run(&["run", "g.ron", "-o", "part", "--engine", "unity", "--window", "160,40,320 x 160", "-q"]).done();
     let [x, z] = ["Position X", "Position Z"].map(|name| setting("part/height.r16.json", name));
     assert_eq!((x, z), (Some(160.0), Some(120.0)));
+    // the position is that of the world's cells, whatever the vertices of the engine
+    place.run(&["run", "g.ron", "-o", "unity", "--tiles", "2", "--engine", "unity", "-q"]).done();
+    assert_eq!(range("unity/height_x1_y1.r16.json").1, serde_json::json!([320.0, 160.0]));
+    refused(&["--tiles", "3", "--engine", "unity"], &["64 x 32 cells"]);
+    place.run(&["run", "g.ron", "-o", "single", "--tiles", "1", "--engine", "godot", "-q"]).done();
+    assert!(place.names("single").contains(&"height.exr".to_owned()));
 }
 
 /// A world that is not square, with an output of every type that an engine imports and one that it does not.

@@ -11,7 +11,7 @@ mod unity;
 mod unreal;
 
 use clap::ValueEnum;
-use orograph_graph::{Field, NodeError, PortType};
+use orograph_graph::{Field, NodeError, PortType, Window};
 use orograph_nodes::raster::{Format, GoOn, Writing};
 use serde_json::{Map, Value, json};
 
@@ -110,18 +110,20 @@ impl Engine {
     }
 
     /// Adds the position of a part of the world to the import settings of its heights.
-    pub fn place(self, import: &mut Map<String, Value>, part: &Part) {
+    pub fn place(self, import: &mut Map<String, Value>, part: &Window) {
         let is_height = |name: &str| import.contains_key(name);
-        let Part { corner_m: [east, south], size_m: [width, length], world_m } = *part;
+        let metres = |cells: [u32; 2]| cells.map(|cells| f64::from(cells) * part.cell_m());
+        let ([east, south], [width, length], world_m) =
+            (metres(part.origin), metres(part.cells), metres(part.world.cells));
         let position = match self {
             // centimetres, with y to the south; the location is the centre, and that of the whole world is the origin
             Self::Unreal if is_height("Scale Z") => json!({
-                "Location X": 100.0 * (east + 0.5 * (width - world_m[0])),
-                "Location Y": 100.0 * (south + 0.5 * (length - world_m[1])),
+                "Location X": millionths(100.0 * (east + 0.5 * (width - world_m[0]))),
+                "Location Y": millionths(100.0 * (south + 0.5 * (length - world_m[1]))),
             }),
             // z points north, and a terrain lies at its south-west corner
             Self::Unity if is_height("Terrain Height") => {
-                json!({"Position X": east, "Position Z": world_m[1] - south - length})
+                json!({"Position X": millionths(east), "Position Z": millionths(world_m[1] - south - length)})
             }
             _ => return,
         };
@@ -129,15 +131,9 @@ impl Engine {
     }
 }
 
-/// A part of the world: its north-west corner in metres from that of the world, its size, and that of the world.
-#[derive(Clone, Copy, Debug)]
-pub struct Part {
-    /// Metres to the east and to the south.
-    pub corner_m: [f64; 2],
-    /// Width and length in metres.
-    pub size_m: [f64; 2],
-    /// Width and length of the world in metres.
-    pub world_m: [f64; 2],
+/// A number without rounding errors below a millionth, and without the sign of zero.
+fn millionths(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6 + 0.0
 }
 
 /// A mask at vertices, in 8 bits.

@@ -1,6 +1,6 @@
 //! Tests that decode the files for each engine as the engine does.
 
-use orograph_graph::{Field, Window, World, mix};
+use orograph_graph::{World, mix};
 
 use crate::export::engine::*;
 use crate::testing::field;

@@ -11,7 +11,7 @@ pub(super) const PREVIEW: &str = ".preview.png";
 /// The file names of an output's rasters, those of the tiles of each after one another; empty if it has none.
 pub(super) fn rasters(output: &OutputDecl, options: &OutputOptions) -> Vec<String> {
     let names = wholes(output, options);
-    match options.tiles {
+    match options.tiles() {
         Some(tiles) => names.iter().flat_map(|name| tiles.each().map(|tile| Tiles::name(name, tile))).collect(),
         None => names,
     }
@@ -52,7 +52,7 @@ pub(super) fn written(output: &OutputDecl, files: usize) -> impl Iterator<Item =
 /// world without an engine; a PNG cannot state the position of a window or a tile.
 pub(super) fn is_described(output: &OutputDecl, options: &OutputOptions, window: &Window) -> bool {
     let picture = matches!(output.ty, PortType::Colour | PortType::Normal | PortType::Weights);
-    !picture || !options.ends(output.ty).is_empty() || !window.is_whole() || options.tiles.is_some()
+    !picture || !options.ends(output.ty).is_empty() || !window.is_whole() || options.tiles().is_some()
 }
 
 /// The names of the preview of an output's heights, and of the mesh of its heights or of the areas that its lines

@@ -27,8 +27,8 @@ pub struct OutputOptions {
     pub engine: Option<Engine>,
     /// Divide every raster into equal tiles of one range, with names such as `NAME_x0_y0.png` from the north-west
     ///
-    /// With `--engine`, tiles have sizes that the engine imports, and neighbours share the vertices of their common edge.
-    /// Without it, they have equal numbers of cells. Previews and meshes stay whole.
+    /// Tiles have equal numbers of cells. With `--engine`, they have sizes that the engine imports, and neighbours share
+    /// the vertices of their common edge. Previews and meshes stay whole.
     #[arg(long, value_name = "N|CxR", conflicts_with = "window")]
     pub tiles: Option<Tiles>,
     /// Dither to avoid banding: round at random to one of the two nearest codes
@@ -75,6 +75,12 @@ impl Default for OutputOptions {
 impl OutputOptions {
     /// The default maximum number of triangles of a mesh.
     const TRIANGLES: u64 = 500_000;
+
+    /// The tiles; None for a single one.
+    #[must_use]
+    pub fn tiles(&self) -> Option<Tiles> {
+        self.tiles.filter(|tiles| *tiles != Tiles::WHOLE)
+    }
 
     /// Returns true if outputs of this type are written in the chosen format.
     #[must_use]

@@ -12,7 +12,6 @@ use super::{
 };
 use crate::{
     export::{
-        engine::Part,
         mesh::Mesh,
         picture::{Shrinking, View, of_height},
         tiles::Tiles,
@@ -62,7 +61,7 @@ impl<'a> OutputWriter<'a> {
     pub fn is_streamable(&self) -> bool {
         let (options, ty) = (&self.folder.options, self.output.ty);
         let is_mesh = options.mesh.is_some() && ty == PortType::Height;
-        options.ends(ty).is_empty() && options.tiles.is_none() && !is_mesh && !self.content(0).needs_whole()
+        options.ends(ty).is_empty() && options.tiles().is_none() && !is_mesh && !self.content(0).needs_whole()
     }
 
     /// The encoding of a plane without an engine.
@@ -110,7 +109,7 @@ impl<'a> OutputWriter<'a> {
     fn begin(&mut self, band: &Field, go_on: GoOn<'_>) -> Result<(), Failure> {
         let (options, ty) = (&self.folder.options, self.output.ty);
         let names = rasters(&self.output, options);
-        let tiles = options.tiles.unwrap_or(Tiles::WHOLE);
+        let tiles = options.tiles().unwrap_or(Tiles::WHOLE);
         let names = names.chunks(tiles.each().count());
         if let Some(engine) = options.engine.filter(|_| !options.ends(ty).is_empty()) {
             let pieces = engine.fit(ty, band, tiles, options.dither, go_on).map_err(|_| Failure::stopped())?;
@@ -121,18 +120,17 @@ impl<'a> OutputWriter<'a> {
                     let field = tiles.cut(&piece.field, tile, piece.shared);
                     let raster = self.open(name, *field.window(), piece.content, &field, go_on)?;
                     let mut import = piece.import.clone();
-                    if options.tiles.is_some() || !self.window.is_whole() {
-                        engine.place(&mut import, &self.part(tiles, tile));
+                    let shows = self.tile_window(tiles, tile);
+                    if !shows.is_whole() {
+                        engine.place(&mut import, &shows);
                     }
-                    // the grid of an engine has a window of its own, which tells where a tile is
-                    let shows = if options.tiles.is_some() { *field.window() } else { self.window };
                     self.rasters.push(Raster { import, tile, shows, ..raster });
                 }
             }
             return Ok(());
         }
         for (plane, names) in names.enumerate() {
-            if options.tiles.is_none() {
+            if options.tiles().is_none() {
                 let raster = self.open(&names[0], self.window, self.content(plane), band, go_on)?;
                 self.rasters.push(raster);
                 continue;
@@ -147,13 +145,11 @@ impl<'a> OutputWriter<'a> {
         Ok(())
     }
 
-    /// The part of the world that a tile of the window shows.
-    fn part(&self, tiles: Tiles, tile: [u32; 2]) -> Part {
-        let (window, counts, cell_m) = (&self.window, tiles.counts(), self.window.cell_m());
-        let size_m = [0, 1].map(|axis| f64::from(window.cells[axis]) * cell_m / f64::from(counts[axis]));
-        let corner = |axis: usize| f64::from(window.origin[axis]) * cell_m + f64::from(tile[axis]) * size_m[axis];
-        let world_m = window.world.cells.map(|cells| f64::from(cells) * cell_m);
-        Part { corner_m: [corner(0), corner(1)], size_m, world_m }
+    /// The window that a tile shows.
+    fn tile_window(&self, tiles: Tiles, tile: [u32; 2]) -> Window {
+        let (window, counts) = (self.window, tiles.counts());
+        let cells = [0, 1].map(|axis| window.cells[axis] / counts[axis]);
+        Window { origin: [0, 1].map(|axis| window.origin[axis] + tile[axis] * cells[axis]), cells, ..window }
     }
 
     fn open(

@@ -45,7 +45,7 @@ outputs! {
     basin: Scalar(Count);
     /// 1 in basins, 0 outside.
     mask: Mask;
-    /// 1 in cells beside another basin or the outside, 0 elsewhere.
+    /// 1 in cells beside another basin or ground that belongs to none, 0 elsewhere.
     divide: Mask;
     /// The divides as closed lines around each basin, whose `order` is the number of the basin.
     outlines: Lines;
@@ -80,11 +80,11 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     sizing.cells(held + (ordered - 4.0 * rasters).max(traced))
 }
 
-/// A basin: the cell in which it ends, and its area.
+/// A basin: the cell in which it ends, and its number of cells.
 #[derive(Clone, Copy)]
 struct Basin {
     end: u32,
-    area_m2: f32,
+    cells: u32,
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -93,13 +93,18 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let drained = Drained::read(Inputs::read(job)?.flow);
     let codes = drained.codes(&grid);
     let mut drainage = Drainage::default();
-    drainage.accumulate(job, &grid, &codes, &mut vec![1_u32; grid.cells()])?;
+    let mut cells = vec![1_u32; grid.cells()];
+    drainage.accumulate(job, &grid, &codes, &mut cells)?;
     job.advance(0.5)?;
 
     let basins: Vec<Basin> = match params.choose {
-        Choose::All => largest_first(&codes, &drained, params.smallest),
-        Choose::Place => placed(job, &drained, &params)?.into_iter().collect(),
+        Choose::All => largest_first(&codes, &cells, params.smallest / (job.cell_m() * job.cell_m())),
+        Choose::Place => {
+            let end = placed(job, &drained, &params)?;
+            end.map(|end| Basin { end: end as u32, cells: cells[end] }).into_iter().collect()
+        }
     };
+    drop(cells);
     let mut numbers: Vec<u32> = zeroed(grid.cells())?;
     basins.iter().zip(1..).for_each(|(basin, number)| numbers[basin.end as usize] = number);
     let link = |_, _, own: u32, below: u32| if own > 0 { own } else { below };
@@ -130,16 +135,16 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 /// Returns the basins that are not too small, the largest first; of equal ones that whose end comes first, row by row.
-fn largest_first(codes: &[u8], drained: &Drained<'_>, smallest_m2: f64) -> Vec<Basin> {
-    let basin = |end: usize| Basin { end: end as u32, area_m2: drained.area_m2[end] };
+fn largest_first(codes: &[u8], cells: &[u32], fewest: f64) -> Vec<Basin> {
+    let basin = |end: usize| Basin { end: end as u32, cells: cells[end] };
     let ends = (0..codes.len()).filter(|&cell| !has_receiver(codes[cell])).map(basin);
-    let mut basins: Vec<Basin> = ends.filter(|basin| f64::from(basin.area_m2) >= smallest_m2).collect();
-    basins.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2).then(a.end.cmp(&b.end)));
+    let mut basins: Vec<Basin> = ends.filter(|basin| f64::from(basin.cells) >= fewest).collect();
+    basins.sort_by_key(|basin| (std::cmp::Reverse(basin.cells), basin.end));
     basins
 }
 
-/// Returns the catchment of the place. Warns if that is not in the world.
-fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Option<Basin>, NodeError> {
+/// Returns the cell of the place, or that of the river beside it. Warns if the place is not in the world.
+fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Option<usize>, NodeError> {
     let (window, Position([x, y])) = (job.window(), params.at);
     let cell_m = job.cell_m();
     let column = |at: f64, cells: usize| {
@@ -164,7 +169,7 @@ fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Optio
             }
         }
     }
-    Ok(Some(Basin { end: end as u32, area_m2 }))
+    Ok(Some(end))
 }
 
 /// Returns a closed line around each part of a basin, and around the ground inside that drains elsewhere. Its elevation

@@ -12,8 +12,8 @@ fn valleys() -> Field {
     testing::field(World { boundary, ..testing::world(30, 50, 100.0) }, valley)
 }
 
-fn drained(height: &Field) -> Field {
-    let params = ParamValues::defaults(&flow::NODE.specs());
+fn drained(height: &Field, changes: &str) -> Field {
+    let params = testing::with_params(&flow::NODE, changes);
     let mut outputs = testing::outputs(&flow::NODE, &params, &[("height", height)]).expect("a result");
     outputs.take("flow").expect("an output").as_field().expect("a field").clone()
 }
@@ -24,7 +24,7 @@ fn samples(outputs: &mut Outputs, name: &str) -> Vec<f32> {
 
 #[test]
 fn basins_are_numbered_by_size_and_meet_at_divides() {
-    let flow = drained(&valleys());
+    let flow = drained(&valleys(), "");
     let params = testing::with_params(&NODE, "smallest=1000000");
     let mut outputs = testing::outputs(&NODE, &params, &[("flow", &flow)]).expect("a result");
     let [basin, mask, divide] = ["basin", "mask", "divide"].map(|name| samples(&mut outputs, name));
@@ -50,10 +50,27 @@ fn basins_are_numbered_by_size_and_meet_at_divides() {
     assert!(basin.iter().zip(&mask).all(|(basin, mask)| (*basin > 0.0) == (*mask == 1.0)));
 }
 
+/// Basins are those of directions where water spreads too, and sorted by the areas that the report gives.
+#[test]
+fn areas_fall_with_the_number() {
+    let height = flow::tests::hills(testing::world(90, 70, 10.0));
+    for changes in ["", "routing=mfd", "depressions=keep,routing=d_infinity", "depressions=jump"] {
+        let params = testing::with_params(&NODE, "smallest=1500");
+        let mut outputs = testing::outputs(&NODE, &params, &[("flow", &drained(&height, changes))]).expect("a result");
+        let basin = samples(&mut outputs, "basin");
+        let report = outputs.take("report").expect("a report").as_report().expect("a report").clone();
+        let areas = &report.series[0].y.values;
+        assert!(areas.len() > 3 && areas.windows(2).all(|pair| pair[0] >= pair[1]), "{changes}: {areas:?}");
+        assert!(areas.iter().all(|area| *area >= 1500.0) && report.get("largest_area") == Some(areas[0]));
+        let counted = |number: usize| 100.0 * basin.iter().filter(|&&of| of == number as f32).count() as f64;
+        assert!(areas.iter().enumerate().all(|(at, area)| counted(at + 1) == *area), "{changes}");
+    }
+}
+
 /// The catchment of a place is all that drains through it, and the place moves to the river beside it.
 #[test]
 fn the_catchment_of_a_place_snaps_to_its_river() {
-    let flow = drained(&valleys());
+    let flow = drained(&valleys(), "");
     let catchment = |changes: &[(&'static str, ParamValue)]| {
         let mut params = testing::with_params(&NODE, "choose=place");
         changes.iter().for_each(|(name, value)| params.set(name, value.clone()));

@@ -40,7 +40,9 @@ pub(super) fn report(channels: &Channels<'_>, donors: &[u32], steepness: &[f32],
     report.measure("river_relief", high.level_m - low.level_m, "m");
     report.measure("river_chi", high.chi_m, "m");
     let step = river.len().div_ceil(POINTS);
-    let of = |value: fn(&Point) -> f64| river.iter().step_by(step).map(value).collect::<Vec<f64>>();
+    // both ends, and every so many points between
+    let thinned: Vec<Point> = river[..river.len() - 1].iter().step_by(step).chain([high]).copied().collect();
+    let of = |value: fn(&Point) -> f64| thinned.iter().map(value).collect::<Vec<f64>>();
     let elevation = || Axis::new("elevation", "m", of(|point| point.level_m));
     let distance = Axis::new("distance from the end of the largest river", "m", of(|point| point.distance_m));
     let chi = Axis::new("chi of the largest river", "m", of(|point| point.chi_m));

@@ -286,10 +286,13 @@ impl Export {
             );
         });
         row(ui, "Tiles", |ui| {
-            let mut counts = options.tiles.unwrap_or(Tiles::WHOLE).counts();
+            // Terrain3D divides its maps itself
+            let is_used = options.engine != Some(Engine::Godot);
+            let mut counts = options.tiles.filter(|_| is_used).unwrap_or(Tiles::WHOLE).counts();
             for (count, name) in counts.iter_mut().zip(["columns of tiles", "rows of tiles"]) {
                 let drag = egui::DragValue::new(count).range(1..=Tiles::MOST).speed(0.1);
-                ui.add(drag).named(name).on_hover_text("Tiles of one range, for engines that load a world in parts");
+                let field = ui.add_enabled(is_used, drag).named(name);
+                field.on_hover_text("Tiles of one range, for engines that load a world in parts");
             }
             options.tiles = Tiles::of(counts);
         });
