@@ -327,6 +327,16 @@ impl Window {
         [(f64::from(self.origin[0]) + i as f64 + 0.5) * d, (f64::from(self.origin[1]) + j as f64 + 0.5) * d]
     }
 
+    /// Column and row of the window's cell at a world position in metres. Returns None outside the window.
+    #[must_use]
+    pub fn cell_at(&self, [x, y]: [f64; 2]) -> Option<[usize; 2]> {
+        let along = |at: f64, axis: usize| {
+            let cell = (at / self.cell_m()).floor() - f64::from(self.origin[axis]);
+            (0.0..f64::from(self.cells[axis])).contains(&cell).then_some(cell as usize)
+        };
+        Some([along(x, 0)?, along(y, 1)?])
+    }
+
     /// The place of the window's own north-west corner, in a world with a place.
     #[must_use]
     pub fn place(&self) -> Option<GeoPlace> {

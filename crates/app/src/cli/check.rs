@@ -24,7 +24,7 @@ pub struct Args {
     /// Graph files; `-` is standard input
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
-    /// Exit with 1 for warnings too: before a build on which nobody looks
+    /// Exit with 1 for warnings too, as a build needs that nobody watches
     #[arg(long)]
     strict: bool,
     /// Print what a file without errors declares: its description, world, inputs, outputs and parameters

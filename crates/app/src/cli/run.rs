@@ -114,8 +114,7 @@ impl Args {
         // so many rasters of a terrain are kept for the next ones, however many there are
         let memory = KEPT_RASTERS.saturating_mul(size_of::<f32>() * request.window().len()).min(REMEMBERED);
         let begin = || {
-            sweep::check_is_plain(&self.sweep, &self.args.out)?;
-            sweep::check_without_sweep(request, &self.args.out)?;
+            sweep::check_of_cube(request, &self.sweep, &self.args.out)?;
             Ok((Builder::new(&self.args.means, memory)?, stop::on_interrupt()?))
         };
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;

@@ -250,27 +250,32 @@ fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
 /// # Errors
 /// When the folder is refused.
 pub(super) fn check_without_sweep(request: &Request, folder: &Path) -> Result<(), Failure> {
-    let text = folder.to_string_lossy();
-    let parameters = request.document.parameters().iter().map(|parameter| parameter.name.as_str());
-    let name = parameters.chain([SEED]).find(|name| text.contains(&format!("{{{name}}}")));
-    match name.filter(|_| !folder.exists()) {
-        Some(name) => Err(Failure::wrong(format!("`{text}` is named by `{name}`, but there is no sweep"))
-            .hint(format!("add `--sweep {name}=VALUES`, or choose another folder"))),
-        None => Ok(()),
-    }
+    check_is_plain(request, &[], folder, "there is no sweep", |name| {
+        format!("add `--sweep {name}=VALUES`, or choose another folder")
+    })
 }
 
-/// Refuses a folder named by swept values, for a cube, which holds all terrains.
+/// Refuses a new folder that is named by a value, for a cube, which holds all terrains.
 ///
 /// # Errors
-/// When the folder has a name in braces that is swept.
-pub(super) fn check_is_plain(sweeps: &[Sweep], folder: &Path) -> Result<(), Failure> {
+/// When the folder is refused.
+pub(super) fn check_of_cube(request: &Request, sweeps: &[Sweep], folder: &Path) -> Result<(), Failure> {
+    let hint = |_: &str| "choose a folder without names in braces".to_owned();
+    check_is_plain(request, sweeps, folder, "one cube holds all terrains", hint)
+}
+
+fn check_is_plain(
+    request: &Request,
+    sweeps: &[Sweep],
+    folder: &Path,
+    but: &str,
+    hint: impl Fn(&str) -> String,
+) -> Result<(), Failure> {
     let text = folder.to_string_lossy();
-    match sweeps.iter().find(|sweep| text.contains(&format!("{{{}}}", sweep.place))) {
-        Some(sweep) => {
-            Err(Failure::wrong(format!("`{text}` is named by `{}`, but one cube holds all terrains", sweep.place))
-                .hint("choose a folder without names in braces"))
-        }
+    let parameters = request.document.parameters().iter().map(|parameter| parameter.name.as_str());
+    let mut names = parameters.chain([SEED]).chain(sweeps.iter().map(Sweep::place));
+    match names.find(|name| text.contains(&format!("{{{name}}}"))).filter(|_| !folder.exists()) {
+        Some(name) => Err(Failure::wrong(format!("`{text}` is named by `{name}`, but {but}")).hint(hint(name))),
         None => Ok(()),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use orograph_graph::{Field, Window};
+use orograph_graph::Window;
 
 use crate::report::failure::Failure;
 
@@ -58,13 +58,13 @@ impl Tiles {
         format!("{stem}_x{column}_y{row}.{end}")
     }
 
-    /// A tile of a raster whose tiles share `shared` samples along their common edges.
+    /// The window of a tile, of a raster whose tiles share `shared` samples along their common edges.
     #[must_use]
-    pub fn cut(self, whole: &Field, tile: [u32; 2], shared: u32) -> Field {
-        let (window, counts) = (*whole.window(), self.counts());
-        let steps = [0, 1].map(|axis| (window.cells[axis] - shared) / counts[axis]);
-        let origin = [0, 1].map(|axis| window.origin[axis] + tile[axis] * steps[axis]);
-        whole.crop(&Window { origin, cells: steps.map(|step| step + shared), ..window })
+    pub fn window(self, whole: &Window, tile: [u32; 2], shared: u32) -> Window {
+        let counts = self.counts();
+        let steps = [0, 1].map(|axis| (whole.cells[axis] - shared) / counts[axis]);
+        let origin = [0, 1].map(|axis| whole.origin[axis] + tile[axis] * steps[axis]);
+        Window { origin, cells: steps.map(|step| step + shared), ..*whole }
     }
 
     /// Refuses cells that tiles of cells do not divide.
@@ -90,7 +90,7 @@ impl FromStr for Tiles {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (columns, rows) = text.split_once('x').unwrap_or((text, text));
+        let (columns, rows) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
         let count = |text: &str| text.trim().parse().ok().filter(|count| (1..=Self::MOST).contains(count));
         match (count(columns), count(rows)) {
             (Some(columns), Some(rows)) => Ok(Self { columns, rows }),
@@ -107,7 +107,7 @@ impl fmt::Display for Tiles {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::World;
+    use orograph_graph::{Field, World};
 
     use super::*;
 
@@ -130,12 +130,12 @@ mod tests {
             Field::new(Window::whole(world), (0..cells[0] * cells[1]).map(|cell| cell as f32).collect())
         };
         let cells = field([12, 8]);
-        let last = tiles.cut(&cells, [2, 1], 0);
+        let last = cells.crop(&tiles.window(cells.window(), [2, 1], 0));
         assert_eq!((last.window().origin, last.window().cells), ([8, 4], [4, 4]));
         assert_eq!(last.samples()[0], 56.0);
         let vertices = field(tiles.whole([5, 4], 1));
         assert_eq!(vertices.window().cells, [13, 7]);
-        let [west, east] = [[0, 0], [1, 0]].map(|tile| tiles.cut(&vertices, tile, 1));
+        let [west, east] = [[0, 0], [1, 0]].map(|tile| vertices.crop(&tiles.window(vertices.window(), tile, 1)));
         assert_eq!((west.window().cells, east.window().origin), ([5, 4], [4, 0]));
         assert!((0..4).all(|row| west.samples()[row * 5 + 4] == east.samples()[row * 5]));
         assert_eq!(tiles.check([12, 8]), Ok(()));

@@ -9,6 +9,7 @@ use crate::numerics::{
     drained::Drained,
     lakes, par,
     routing::{Depressions, Drainage, Grid, Limits, Spread, code, drainage::Amount, receivers, spread},
+    voids,
 };
 use crate::prelude::*;
 
@@ -153,7 +154,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         receivers::end_at_sea(land, level, &mut codes);
     }
     if let Some(data) = data {
-        receivers::end_at_voids(&grid, |cell| is_void(data.samples()[cell]), &mut codes);
+        receivers::end_at_voids(&grid, |cell| voids::is_void(data.samples()[cell]), &mut codes);
     }
     job.advance(0.1)?;
     let mut depressions = Depressions::default();
@@ -212,11 +213,6 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         direction: direction.filter(|_| wants.direction).map(field),
     }
     .into())
-}
-
-/// Returns true where the terrain is not known.
-fn is_void(known: f32) -> bool {
-    known.is_nan() || known < 0.5
 }
 
 /// Returns the runoff in metres per year.

@@ -39,5 +39,5 @@ pub mod spline;
 pub(crate) mod strokes;
 pub mod sunlight;
 pub mod tints;
-pub(crate) mod voids;
+pub mod voids;
 pub(crate) mod waves;

@@ -14,7 +14,7 @@ use std::{
     },
 };
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Field, Job, NodeError, memory::zeroed};
 use rayon::prelude::*;
 
 /// Calls `run(k)` for each k below `count`, in parallel, until a call breaks.
@@ -124,6 +124,19 @@ pub fn collect_all<P: Send, R: Send>(parts: impl IntoIterator<Item = P>, of: imp
 /// parts for many threads.
 fn cells_of_a_part(count: usize) -> usize {
     count.div_ceil(256).clamp(256, 1 << 14)
+}
+
+/// Returns a field of `value(cell)` for each cell of the job's window, row by row; progress goes through `share`.
+///
+/// # Errors
+/// [`NodeError::Cancelled`], or not enough memory.
+pub fn field(job: &Job<'_>, share: [f32; 2], value: &(dyn Fn(usize) -> f32 + Sync)) -> Result<Field, NodeError> {
+    let mut out = zeroed(job.window().len())?;
+    let nx = job.window().nx();
+    rows_within(job, share, &mut out, |j, row| {
+        row.iter_mut().enumerate().for_each(|(i, out)| *out = value(j * nx + i));
+    })?;
+    Ok(Field::new(job.window(), out))
 }
 
 /// Returns `value(k)` for each k below `count`.

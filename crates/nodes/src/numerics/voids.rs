@@ -1,4 +1,4 @@
-//! Rasters without voids.
+//! Voids of rasters, and rasters without them.
 
 use std::borrow::Cow;
 
@@ -6,6 +6,13 @@ use orograph_graph::{Job, NodeError, memory::copied};
 
 use super::par;
 use crate::raster::fill_voids;
+
+/// Returns true where a mask says that nothing is known: below one half.
+#[must_use]
+#[inline(always)]
+pub fn is_void(known: f32) -> bool {
+    known.is_nan() || known < 0.5
+}
 
 /// Returns the samples of the job's window with voids, which are not finite, filled from around them; 0 if there is no
 /// number at all.

@@ -249,11 +249,7 @@ pub(super) fn cell(shown: &Shown, place: [f64; 2]) -> Option<usize> {
     cell_at(&shown.field, place)
 }
 
-fn cell_at(field: &Field, [x, y]: [f64; 2]) -> Option<usize> {
+fn cell_at(field: &Field, place: [f64; 2]) -> Option<usize> {
     let window = field.window();
-    let cell_m = window.cell_m();
-    let origin = window.origin.map(f64::from);
-    let [i, j] = [(x / cell_m).floor() - origin[0], (y / cell_m).floor() - origin[1]];
-    let inside = i >= 0.0 && j >= 0.0 && i < window.nx() as f64 && j < window.ny() as f64;
-    inside.then(|| j as usize * window.nx() + i as usize)
+    window.cell_at(place).map(|[i, j]| j * window.nx() + i)
 }

@@ -4,11 +4,11 @@
 //! control and colour maps of one size, one pixel per vertex; regions of 64 to 2048 vertices, 16 of them to each side
 //! of the origin.
 
-use orograph_graph::{Field, PortType};
+use orograph_graph::PortType;
 use orograph_nodes::raster::{Format, Writing};
 use serde_json::{Value, json};
 
-use super::settings;
+use super::{Exported, settings};
 use crate::export::piece::{Content, Piece};
 
 /// Maximum number of vertices per side from the origin: 16 of the largest regions.
@@ -24,7 +24,8 @@ fn region([nx, ny]: [u32; 2]) -> u32 {
 }
 
 /// All maps have the cells of the world, as the importer requires, so nothing is resampled.
-pub(super) fn fit(ty: PortType, value: &Field, dither: bool) -> Vec<Piece> {
+pub(super) fn fit(output: &Exported<'_>) -> Vec<Piece> {
+    let Exported { ty, value, dither, .. } = *output;
     let window = value.window();
     let map = |name: &str| {
         json!({

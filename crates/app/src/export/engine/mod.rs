@@ -89,23 +89,15 @@ impl Engine {
         Ok(())
     }
 
-    /// An output as the engine imports it in these tiles, a piece for each of [`Self::ends`]. A piece has the rasters of
-    /// all tiles as one. `dither` applies to integer codes.
+    /// An output as the engine imports it, a piece for each of [`Self::ends`]. A piece has the rasters of all tiles as one.
     ///
     /// # Errors
-    /// [`NodeError::Cancelled`] when `go_on` returns false.
-    pub fn fit(
-        self,
-        ty: PortType,
-        value: &Field,
-        tiles: Tiles,
-        dither: bool,
-        go_on: GoOn<'_>,
-    ) -> Result<Vec<Piece>, NodeError> {
+    /// [`NodeError::Cancelled`] when the export is stopped.
+    pub fn fit(self, output: &Exported<'_>) -> Result<Vec<Piece>, NodeError> {
         match self {
-            Self::Unreal => unreal::fit(ty, value, tiles, dither, go_on),
-            Self::Unity => unity::fit(ty, value, tiles, dither, go_on),
-            Self::Godot => Ok(godot::fit(ty, value, dither)),
+            Self::Unreal => unreal::fit(output),
+            Self::Unity => unity::fit(output),
+            Self::Godot => Ok(godot::fit(output)),
         }
     }
 
@@ -131,26 +123,43 @@ impl Engine {
     }
 }
 
+/// An output to be exported.
+#[derive(Clone, Copy)]
+pub struct Exported<'a> {
+    /// Its type.
+    pub ty: PortType,
+    /// Its raster.
+    pub value: &'a Field,
+    /// The tiles into which it is divided.
+    pub tiles: Tiles,
+    /// Whether integer codes are dithered.
+    pub dither: bool,
+    /// Returns false when the export is stopped.
+    pub go_on: GoOn<'a>,
+}
+
 /// A number without rounding errors below a millionth, and without the sign of zero.
 fn millionths(number: f64) -> f64 {
     (number * 1e6).round() / 1e6 + 0.0
 }
 
 /// A mask at vertices, in 8 bits.
-fn mask_at(vertices: [u32; 2], mask: &Field, dither: bool, go_on: GoOn<'_>) -> Result<(Field, Content), NodeError> {
-    Ok((at_vertices(mask, vertices, go_on)?, Content::numbers(PortType::Mask, Format::Png8, dither)))
+fn mask_at(vertices: [u32; 2], mask: &Exported<'_>) -> Result<(Field, Content), NodeError> {
+    let content = Content::numbers(PortType::Mask, Format::Png8, mask.dither);
+    Ok((at_vertices(mask.value, vertices, mask.go_on)?, content))
 }
 
 /// Colours as a texture for each tile, with powers of two as its size: other sizes get no mip-maps (Unreal Engine) or are
 /// resized to powers of two (Unity).
-fn texture(colour: &Field, tiles: Tiles, go_on: GoOn<'_>) -> Result<Field, NodeError> {
+fn texture(colour: &Exported<'_>) -> Result<Field, NodeError> {
     let power = |cells: u32| (0..=13).map(|power| 1_u32 << power).min_by_key(|side| side.abs_diff(cells)).unwrap_or(1);
-    at_pixels(colour, tiles.whole(tiles.cells(colour.window().cells).map(power), 0), go_on)
+    let Exported { value, tiles, go_on, .. } = *colour;
+    at_pixels(value, tiles.whole(tiles.cells(value.window().cells).map(power), 0), go_on)
 }
 
 /// Normals as a texture for each tile, normalised again.
-fn normal_texture(normal: &Field, tiles: Tiles, go_on: GoOn<'_>) -> Result<Field, NodeError> {
-    let texture = texture(normal, tiles, go_on)?;
+fn normal_texture(normal: &Exported<'_>) -> Result<Field, NodeError> {
+    let (texture, normal) = (texture(normal)?, normal.value);
     if texture.window().cells == normal.window().cells {
         return Ok(texture);
     }

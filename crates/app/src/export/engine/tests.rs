@@ -9,7 +9,11 @@ const ALL: [Engine; 3] = [Engine::Unreal, Engine::Unity, Engine::Godot];
 const KINDS: [PortType; 5] = [PortType::Height, PortType::Mask, PortType::Weights, PortType::Colour, PortType::Normal];
 
 fn fit(engine: Engine, ty: PortType, value: &Field) -> Vec<Piece> {
-    engine.fit(ty, value, Tiles::WHOLE, false, &|| true).expect("not stopped")
+    fit_tiles(engine, ty, value, Tiles::WHOLE)
+}
+
+fn fit_tiles(engine: Engine, ty: PortType, value: &Field, tiles: Tiles) -> Vec<Piece> {
+    engine.fit(&Exported { ty, value, tiles, dither: false, go_on: &|| true }).expect("not stopped")
 }
 
 fn height(engine: Engine, value: &Field) -> Piece {
@@ -281,7 +285,9 @@ fn level_and_tiny_worlds_have_an_extent() {
         assert!(engine == Engine::Godot || range(&piece) == [-5.0, -4.0], "{engine:?}");
     }
     for ty in KINDS {
-        assert!(Engine::Unity.fit(ty, &sample(ty, [9, 9]), Tiles::WHOLE, false, &|| false).is_err(), "it stops");
+        let value = &sample(ty, [9, 9]);
+        let stopped = Exported { ty, value, tiles: Tiles::WHOLE, dither: false, go_on: &|| false };
+        assert!(Engine::Unity.fit(&stopped).is_err(), "it stops");
     }
 }
 
@@ -292,8 +298,8 @@ fn tiles_fit_together() {
     let tiles: Tiles = "3x2".parse().expect("tiles");
     let land = sample(PortType::Height, [900, 400]);
     for (engine, side) in [(Engine::Unreal, [253, 253]), (Engine::Unity, [257, 257])] {
-        let whole = engine.fit(PortType::Height, &land, tiles, false, &|| true).expect("not stopped").remove(0);
-        let cut = |tile| tiles.cut(&whole.field, tile, whole.shared);
+        let whole = fit_tiles(engine, PortType::Height, &land, tiles).remove(0);
+        let cut = |tile| whole.field.crop(&tiles.window(whole.field.window(), tile, whole.shared));
         for [column, row] in tiles.each() {
             let tile = cut([column, row]);
             assert_eq!(tile.window().cells, side, "{engine:?}");
@@ -308,12 +314,10 @@ fn tiles_fit_together() {
             }
         }
         // layers have the vertices of the heights, or one texel fewer per tile; textures have no common pixels
-        let layer = engine.fit(PortType::Mask, &sample(PortType::Mask, [900, 400]), tiles, false, &|| true);
-        let layer = layer.expect("not stopped").remove(0);
+        let layer = fit_tiles(engine, PortType::Mask, &sample(PortType::Mask, [900, 400]), tiles).remove(0);
         let texels = if engine == Engine::Unreal { 253 } else { 256 };
-        assert_eq!(tiles.cut(&layer.field, [2, 1], layer.shared).window().cells, [texels; 2]);
-        let colour = engine.fit(PortType::Colour, &sample(PortType::Colour, [900, 400]), tiles, false, &|| true);
-        let colour = colour.expect("not stopped").remove(0);
+        assert_eq!(tiles.window(layer.field.window(), [2, 1], layer.shared).cells, [texels; 2]);
+        let colour = fit_tiles(engine, PortType::Colour, &sample(PortType::Colour, [900, 400]), tiles).remove(0);
         assert_eq!((colour.shared, colour.field.window().cells), (0, [768, 512]));
     }
     assert!(Engine::Godot.check([900, 400], Some(tiles)).expect_err("whole maps").hint.is_some());

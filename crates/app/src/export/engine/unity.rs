@@ -5,10 +5,10 @@
 //! outermost texels on the edges of the terrain: its texels are vertices too.
 
 use orograph_graph::{Field, NodeError, PortType};
-use orograph_nodes::raster::{Format, GoOn};
+use orograph_nodes::raster::Format;
 use serde_json::{Value, json};
 
-use super::{codes, mask_at, normal_texture, settings, short, span, texture};
+use super::{Exported, codes, mask_at, normal_texture, settings, short, span, texture};
 use crate::export::{
     piece::{Content, Piece},
     tiles::Tiles,
@@ -21,20 +21,15 @@ fn side(cells: [u32; 2]) -> u32 {
     (5..=12).map(|power| (1_u32 << power) + 1).min_by_key(|side| side.abs_diff(longest)).unwrap_or(4097)
 }
 
-pub(super) fn fit(
-    ty: PortType,
-    value: &Field,
-    tiles: Tiles,
-    dither: bool,
-    go_on: GoOn<'_>,
-) -> Result<Vec<Piece>, NodeError> {
+pub(super) fn fit(output: &Exported<'_>) -> Result<Vec<Piece>, NodeError> {
+    let Exported { ty, value, tiles, go_on, .. } = *output;
     let texels = side(tiles.cells(value.window().cells)) - 1;
     let control = tiles.whole([texels; 2], 1);
     let mut shared = 1;
     let (field, content, import) = match ty {
-        PortType::Height => return Ok(vec![height(value, tiles, dither, go_on)?]),
+        PortType::Height => return Ok(vec![height(output)?]),
         PortType::Mask => {
-            let (field, content) = mask_at(control, value, dither, go_on)?;
+            let (field, content) = mask_at(control, output)?;
             let import = json!({
                 "Where": "Assets, as a texture for scripts and shaders; its texels are those of the control texture",
                 "Control Texture Resolution": texels,
@@ -58,7 +53,7 @@ pub(super) fn fit(
             (at_vertices(value, control, go_on)?, Content::Weights, import)
         }
         PortType::Colour => {
-            let field = texture(value, tiles, go_on)?;
+            let field = texture(output)?;
             shared = 0;
             let import = json!({
                 "Where": "Terrain Layer: Diffuse",
@@ -69,7 +64,7 @@ pub(super) fn fit(
             (field, Content::Colour, import)
         }
         PortType::Normal => {
-            let field = normal_texture(value, tiles, go_on)?;
+            let field = normal_texture(output)?;
             shared = 0;
             let import = json!({
                 "Where": "Terrain Layer: Normal Map",
@@ -102,7 +97,8 @@ fn tiling(field: &Field, tiles: Tiles) -> String {
     format!("{width} x {length}")
 }
 
-fn height(height: &Field, tiles: Tiles, dither: bool, go_on: GoOn<'_>) -> Result<Piece, NodeError> {
+fn height(output: &Exported<'_>) -> Result<Piece, NodeError> {
+    let Exported { value: height, tiles, dither, go_on, .. } = *output;
     let side = side(tiles.cells(height.window().cells));
     let grid = at_vertices(height, tiles.whole([side; 2], 1), go_on)?;
     let [low, high] = span(&grid);

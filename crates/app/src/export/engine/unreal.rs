@@ -5,13 +5,12 @@
 //! "Texture Support and Settings" (powers of two), "Landscape Material Expressions" (coordinates count squares).
 
 use orograph_graph::{Field, NodeError, PortType};
-use orograph_nodes::raster::{Format, GoOn, apportioned};
+use orograph_nodes::raster::{Format, apportioned};
 use serde_json::{Map, Value, json};
 
-use super::{codes, mask_at, normal_texture, settings, span, texture};
+use super::{Exported, codes, mask_at, normal_texture, settings, span, texture};
 use crate::export::{
     piece::{Content, Piece},
-    tiles::Tiles,
     vertices::{at_vertices, spacing},
 };
 
@@ -57,19 +56,14 @@ impl Landscape {
     }
 }
 
-pub(super) fn fit(
-    ty: PortType,
-    value: &Field,
-    tiles: Tiles,
-    dither: bool,
-    go_on: GoOn<'_>,
-) -> Result<Vec<Piece>, NodeError> {
+pub(super) fn fit(output: &Exported<'_>) -> Result<Vec<Piece>, NodeError> {
+    let Exported { ty, value, tiles, go_on, .. } = *output;
     let landscape = Landscape::of(tiles.cells(value.window().cells));
     let vertices = tiles.whole(landscape.vertices, 1);
     Ok(match ty {
-        PortType::Height => vec![height(&landscape, vertices, value, dither, go_on)?],
+        PortType::Height => vec![height(&landscape, vertices, output)?],
         PortType::Mask => {
-            let (field, content) = mask_at(vertices, value, dither, go_on)?;
+            let (field, content) = mask_at(vertices, output)?;
             vec![Piece { field, content, import: layer(&landscape, "the file of its layer"), shared: 1 }]
         }
         PortType::Weights => {
@@ -85,11 +79,11 @@ pub(super) fn fit(
         }
         PortType::Colour => {
             let import = landscape.texture(true, "Default");
-            vec![Piece { field: texture(value, tiles, go_on)?, content: Content::Colour, import, shared: 0 }]
+            vec![Piece { field: texture(output)?, content: Content::Colour, import, shared: 0 }]
         }
         PortType::Normal => {
             let import = landscape.texture(false, "Normalmap");
-            vec![Piece { field: normal_texture(value, tiles, go_on)?, content: Content::Normal, import, shared: 0 }]
+            vec![Piece { field: normal_texture(output)?, content: Content::Normal, import, shared: 0 }]
         }
         _ => Vec::new(),
     })
@@ -102,13 +96,8 @@ fn layer(landscape: &Landscape, which: &str) -> Map<String, Value> {
     }))
 }
 
-fn height(
-    landscape: &Landscape,
-    vertices: [u32; 2],
-    height: &Field,
-    dither: bool,
-    go_on: GoOn<'_>,
-) -> Result<Piece, NodeError> {
+fn height(landscape: &Landscape, vertices: [u32; 2], output: &Exported<'_>) -> Result<Piece, NodeError> {
+    let Exported { value: height, dither, go_on, .. } = *output;
     let Landscape { squares, components, .. } = *landscape;
     let grid = at_vertices(height, vertices, go_on)?;
     let [low, high] = span(&grid);

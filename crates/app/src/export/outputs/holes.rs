@@ -1,13 +1,10 @@
 //! Cells that files leave without data (`--holes`).
 
 use orograph_graph::{Field, OutputDecl, PortType, Window};
-use orograph_nodes::numerics::par;
+use orograph_nodes::numerics::{par, voids::is_void};
 
 use super::OutputOptions;
 use crate::{export::engine::Engine, report::failure::Failure};
-
-/// A mask is a hole below this value: cells of which less than half has data.
-const LEAST: f32 = 0.5;
 
 /// The cells of a window that are written without data.
 #[derive(Debug)]
@@ -20,7 +17,7 @@ impl Holes {
     /// Returns the holes where a mask is below one half.
     #[must_use]
     pub fn of(mask: &Field) -> Self {
-        Self { window: *mask.window(), is_hole: par::map_of(mask.plane(0), |v| *v < LEAST) }
+        Self { window: *mask.window(), is_hole: par::map_of(mask.plane(0), |known| is_void(*known)) }
     }
 
     /// Returns rows of a raster with NaN in the holes.

@@ -80,8 +80,10 @@ impl Import {
         let mut first = None;
         files.iter().filter_map(move |file| {
             let import = file.import.as_ref()?;
-            let like = if import.tile == [0, 0] { first.replace(import).filter(|_| false) } else { first };
-            let lines: Vec<_> = import.lines(like).collect();
+            if import.tile == [0, 0] {
+                first = Some(import);
+            }
+            let lines: Vec<_> = import.lines(first.filter(|first| first.tile != import.tile)).collect();
             (!lines.is_empty()).then_some((file, import, lines))
         })
     }

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     export::{
+        engine::Exported,
         mesh::Mesh,
         picture::{Shrinking, View, of_height},
         tiles::Tiles,
@@ -112,15 +113,15 @@ impl<'a> OutputWriter<'a> {
         let tiles = options.tiles().unwrap_or(Tiles::WHOLE);
         let names = names.chunks(tiles.each().count());
         if let Some(engine) = options.engine.filter(|_| !options.ends(ty).is_empty()) {
-            let pieces = engine.fit(ty, band, tiles, options.dither, go_on).map_err(|_| Failure::stopped())?;
+            let pieces = engine.fit(&Exported { ty, value: band, tiles, dither: options.dither, go_on });
+            let pieces = pieces.map_err(|_| Failure::stopped())?;
             let written = written(&self.output, pieces.len());
             let pieces = pieces.into_iter().zip(written).filter(|(_, is)| *is).map(|(piece, _)| piece);
             for (piece, names) in pieces.zip(names) {
                 for (tile, name) in tiles.each().zip(names) {
-                    let field = tiles.cut(&piece.field, tile, piece.shared);
+                    let field = piece.field.crop(&tiles.window(piece.field.window(), tile, piece.shared));
                     let raster = self.open(name, *field.window(), piece.content, &field, go_on)?;
-                    let mut import = piece.import.clone();
-                    let shows = self.tile_window(tiles, tile);
+                    let (mut import, shows) = (piece.import.clone(), tiles.window(&self.window, tile, 0));
                     if !shows.is_whole() {
                         engine.place(&mut import, &shows);
                     }
@@ -130,26 +131,16 @@ impl<'a> OutputWriter<'a> {
             return Ok(());
         }
         for (plane, names) in names.enumerate() {
-            if options.tiles().is_none() {
-                let raster = self.open(&names[0], self.window, self.content(plane), band, go_on)?;
-                self.rasters.push(raster);
-                continue;
-            }
             let content = self.content(plane).over(band);
             for (tile, name) in tiles.each().zip(names) {
-                let field = tiles.cut(band, tile, 0);
-                let raster = self.open(name, *field.window(), content, &field, go_on)?;
+                let window = tiles.window(&self.window, tile, 0);
+                // a single tile has the rows that have come
+                let rows = if tiles == Tiles::WHOLE { band.clone() } else { band.crop(&window) };
+                let raster = self.open(name, window, content, &rows, go_on)?;
                 self.rasters.push(Raster { tile, ..raster });
             }
         }
         Ok(())
-    }
-
-    /// The window that a tile shows.
-    fn tile_window(&self, tiles: Tiles, tile: [u32; 2]) -> Window {
-        let (window, counts) = (self.window, tiles.counts());
-        let cells = [0, 1].map(|axis| window.cells[axis] / counts[axis]);
-        Window { origin: [0, 1].map(|axis| window.origin[axis] + tile[axis] * cells[axis]), cells, ..window }
     }
 
     fn open(

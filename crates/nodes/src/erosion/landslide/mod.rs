@@ -183,15 +183,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (params, wants) = (Params::read(job.params), Wants::of(job));
     let inputs = Inputs::read(job)?;
     let slides = Slides::happen(job, &params, &inputs)?;
-    let (land, start) = (&slides.land, &slides.start);
-    let cells = |value: &(dyn Fn(usize) -> f32 + Sync)| -> Result<Field, NodeError> {
-        let mut out = orograph_graph::memory::zeroed(start.len())?;
-        let nx = job.window().nx();
-        par::rows_within(job, [0.95, 1.0], &mut out, |j, row| {
-            row.iter_mut().enumerate().for_each(|(i, out)| *out = value(j * nx + i));
-        })?;
-        Ok(Field::new(job.window(), out))
-    };
+    let land = &slides.land;
+    let cells = |value: &(dyn Fn(usize) -> f32 + Sync)| par::field(job, [0.95, 1.0], value);
     let soil = |cell: usize| (land.debris[cell] + land.soil.get(cell).copied().unwrap_or(0.0)) as f32;
     Ok(Given {
         height: wants.height.then(|| cells(&|cell| land.ground[cell] as f32)).transpose()?,

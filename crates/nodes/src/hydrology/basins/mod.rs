@@ -116,13 +116,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let beside = |way| grid.beside(cell as u32, codes[cell], way);
         [0, 2, 4, 6].into_iter().filter_map(beside).any(|beside| numbers[beside as usize] != numbers[cell])
     };
-    let cells = |value: &(dyn Fn(usize) -> f32 + Sync)| -> Result<Field, NodeError> {
-        let mut out = zeroed(numbers.len())?;
-        par::rows_within(job, [0.8, 1.0], &mut out, |j, row| {
-            row.iter_mut().enumerate().for_each(|(i, out)| *out = value(j * grid.nx + i));
-        })?;
-        Ok(Field::new(job.window(), out))
-    };
+    let cells = |value: &(dyn Fn(usize) -> f32 + Sync)| par::field(job, [0.8, 1.0], value);
     let share = |is: bool| if is { 1.0 } else { 0.0 };
     Ok(Given {
         basin: wants.basin.then(|| cells(&|cell| numbers[cell] as f32)).transpose()?,
@@ -146,17 +140,12 @@ fn largest_first(codes: &[u8], cells: &[u32], fewest: f64) -> Vec<Basin> {
 /// Returns the cell of the place, or that of the river beside it. Warns if the place is not in the world.
 fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Option<usize>, NodeError> {
     let (window, Position([x, y])) = (job.window(), params.at);
-    let cell_m = job.cell_m();
-    let column = |at: f64, cells: usize| {
-        let cell = (at / cell_m).floor();
-        (0.0..cells as f64).contains(&cell).then_some(cell as usize)
-    };
-    let (Some(i), Some(j)) = (column(x, window.nx()), column(y, window.ny())) else {
+    let Some([i, j]) = window.cell_at([x, y]) else {
         job.warn("the place is outside the world, so there is no basin".to_owned());
         return Ok(None);
     };
     let (mut end, mut area_m2) = (j * window.nx() + i, drained.area_m2[j * window.nx() + i]);
-    let cells = (params.snap / cell_m).ceil() as usize;
+    let cells = (params.snap / job.cell_m()).ceil() as usize;
     let rows = j.saturating_sub(cells)..(j + cells + 1).min(window.ny());
     for row in rows {
         job.check()?;

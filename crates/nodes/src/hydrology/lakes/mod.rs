@@ -126,13 +126,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     job.advance(0.8)?;
     let outlines = wants.outlines.then(|| shores::outlines(job, &grid, &lakes)).transpose()?;
 
-    let cells = |value: &(dyn Fn(usize) -> f32 + Sync)| -> Result<Field, NodeError> {
-        let mut out = zeroed(land.len())?;
-        par::rows_within(job, [0.8, 1.0], &mut out, |j, row| {
-            row.iter_mut().enumerate().for_each(|(i, out)| *out = value(j * grid.nx + i));
-        })?;
-        Ok(Field::new(job.window(), out))
-    };
+    let cells = |value: &(dyn Fn(usize) -> f32 + Sync)| par::field(job, [0.8, 1.0], value);
     let is_wet = |cell: usize| lakes.of[cell] > 0;
     let is_shore = |cell: usize| {
         !is_wet(cell)

@@ -8,7 +8,8 @@ use crate::numerics::{
     par,
     routing::{
         Drainage, Grid,
-        code::{direction, has_receiver, is_diagonal, opposite},
+        code::{direction, has_receiver, is_diagonal},
+        donors,
         drainage::Amount,
     },
 };
@@ -88,14 +89,8 @@ impl Network {
             for (x, inflows) in inflows.iter_mut().enumerate() {
                 let cell = y * grid.nx + x;
                 if orders[cell] > 0 {
-                    let comes = |&way: &usize| {
-                        let from = grid.beside(cell as u32, codes[cell], way).map(|from| from as usize);
-                        from.is_some_and(|from| {
-                            let code = codes[from];
-                            orders[from] > 0 && has_receiver(code) && direction(code) == opposite(way)
-                        })
-                    };
-                    *inflows = (0..8).filter(comes).count() as u8;
+                    let channels = donors::of(grid, codes, cell as u32).filter(|&(_, from)| orders[from as usize] > 0);
+                    *inflows = channels.count() as u8;
                 }
             }
             Ok::<_, NodeError>(())

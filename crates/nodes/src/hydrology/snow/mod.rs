@@ -152,14 +152,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (params, wants) = (Params::read(job.params), Wants::of(job));
     let pack = Pack::grow(job, &params, wants.melt)?;
     let to_depth = 1000.0 / params.density;
-    let cells = |value: &(dyn Fn(usize) -> f64 + Sync)| -> Result<Field, NodeError> {
-        let mut out = orograph_graph::memory::zeroed(pack.snow.len())?;
-        let nx = job.window().nx();
-        par::rows_within(job, [0.95, 1.0], &mut out, |j, row| {
-            row.iter_mut().enumerate().for_each(|(i, out)| *out = value(j * nx + i) as f32);
-        })?;
-        Ok(Field::new(job.window(), out))
-    };
+    let cells = |value: &(dyn Fn(usize) -> f64 + Sync)| par::field(job, [0.95, 1.0], &|cell| value(cell) as f32);
     let depth = |cell: usize| pack.snow[cell] * to_depth;
     Ok(Given {
         height: wants.height.then(|| cells(&|cell| f64::from(pack.land[cell]) + depth(cell))).transpose()?,

@@ -15,7 +15,8 @@ use crate::{
         math, par,
         routing::{
             Drainage, Grid,
-            code::{direction, has_receiver, is_diagonal, opposite},
+            code::{self, has_receiver},
+            donors,
         },
     },
     prelude::*,
@@ -114,8 +115,8 @@ impl Channels<'_> {
     }
 
     /// Length of the link from a cell to its receiver.
-    fn length_m(&self, code: u8) -> f64 {
-        if is_diagonal(direction(code)) { self.cell_m * std::f64::consts::SQRT_2 } else { self.cell_m }
+    fn length_m(&self, link: u8) -> f64 {
+        self.cell_m * code::length(link)
     }
 
     /// Returns the channel cell with the largest area that drains into each channel cell; the first of equal ones.
@@ -125,17 +126,12 @@ impl Channels<'_> {
         par::each(donors.chunks_mut(grid.nx), |y, donors: &mut [u32]| {
             job.check()?;
             for (x, donor) in donors.iter_mut().enumerate() {
-                let cell = y * grid.nx + x;
-                let (mut largest, mut from) = (0.0, NONE);
-                for way in if self.has(cell) { 0..8 } else { 0..0 } {
-                    let Some(beside) = grid.beside(cell as u32, codes[cell], way) else { continue };
-                    let (code, area) = (codes[beside as usize], drained.area_m2[beside as usize]);
-                    let comes = has_receiver(code) && direction(code) == opposite(way);
-                    if comes && self.has(beside as usize) && area > largest {
-                        (largest, from) = (area, beside);
-                    }
-                }
-                *donor = from;
+                let cell = (y * grid.nx + x) as u32;
+                let channels =
+                    donors::of(grid, codes, cell).map(|(_, from)| from).filter(|&from| self.has(from as usize));
+                let area = |from: u32| drained.area_m2[from as usize];
+                let largest = channels.reduce(|most, from| if area(from) > area(most) { from } else { most });
+                *donor = largest.filter(|_| self.has(cell as usize)).unwrap_or(NONE);
             }
             Ok::<_, NodeError>(())
         })?;

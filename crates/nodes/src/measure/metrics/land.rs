@@ -1,6 +1,9 @@
 //! The cells that are measured: land with a height, inside the mask.
 
-use crate::{numerics::par, prelude::*};
+use crate::{
+    numerics::{par, voids},
+    prelude::*,
+};
 
 /// A heightfield and the cells of it that are measured.
 pub(in crate::measure) struct Land<'a> {
@@ -20,7 +23,7 @@ impl<'a> Land<'a> {
     pub fn of(height: &'a Field, mask: Option<&Field>) -> Self {
         let sea_m = height.window().world.sea_level;
         let is_sea = |z: f32| sea_m.is_some_and(|sea_m| f64::from(z) < sea_m);
-        let outside = |at: usize| mask.is_some_and(|mask| mask.plane(0)[at].is_nan() || mask.plane(0)[at] < 0.5);
+        let outside = |at: usize| mask.is_some_and(|mask| voids::is_void(mask.plane(0)[at]));
         let heights = height.plane(0);
         if sea_m.is_none() && mask.is_none() {
             return Self { height, field: height.clone(), sea_m, sea_cells: 0, masked: 0 };
@@ -30,7 +33,7 @@ impl<'a> Land<'a> {
             if left_out { f32::NAN } else { heights[at] }
         });
         let sea_cells = par::count(heights, |&z| is_sea(z)) as u64;
-        let masked = mask.map_or(0, |mask| par::count(mask.plane(0), |m| m.is_nan() || *m < 0.5)) as u64;
+        let masked = mask.map_or(0, |mask| par::count(mask.plane(0), |m| voids::is_void(*m))) as u64;
         Self { height, field: Field::new(*height.window(), measured), sea_m, sea_cells, masked }
     }
 

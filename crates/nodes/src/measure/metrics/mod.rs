@@ -20,7 +20,10 @@ mod valleys;
 pub use self::measures::MEASURES;
 use self::network::Network;
 pub(super) use self::{elevation::Elevations, land::Land, slope::slopes};
-use crate::{numerics::par, prelude::*};
+use crate::{
+    numerics::{par, voids},
+    prelude::*,
+};
 use orograph_graph::memory::copied;
 
 params! {
@@ -123,7 +126,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 fn known(height: &Field, data: &Field) -> Result<Field, NodeError> {
     let mut samples = copied(height.plane(0))?;
     par::change_with(&mut samples, data.plane(0), |height, &data| {
-        if data.is_nan() || data < 0.5 {
+        if voids::is_void(data) {
             *height = f32::NAN;
         }
     });

@@ -14,7 +14,7 @@ use orograph_graph::{Job, NodeError};
 
 use super::{
     Depressions, Grid,
-    code::{direction, has_receiver, is_diagonal},
+    code::{self, has_receiver},
     exits::Exit,
 };
 use crate::numerics::par;
@@ -111,7 +111,7 @@ fn cut(
         if !has_receiver(code) {
             return false;
         }
-        length += limits.cell_m * if is_diagonal(direction(code)) { std::f64::consts::SQRT_2 } else { 1.0 };
+        length += limits.cell_m * code::length(code);
         cell = grid.receiver(cell, code);
         let surface = ground.surface(cell);
         if surface <= from {

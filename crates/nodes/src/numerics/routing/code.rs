@@ -32,6 +32,13 @@ pub const fn direction(code: u8) -> usize {
     (code & 0b111) as usize
 }
 
+/// The length of the link of a code that has a receiver, in cells.
+#[must_use]
+#[inline(always)]
+pub const fn length(code: u8) -> f64 {
+    if is_diagonal(direction(code)) { std::f64::consts::SQRT_2 } else { 1.0 }
+}
+
 /// The opposite direction.
 #[must_use]
 #[inline(always)]

@@ -26,6 +26,13 @@ simd! {
     }
 }
 
+/// The direction and the cell of each neighbour that drains into a cell.
+pub fn of(grid: &Grid, codes: &[u8], cell: u32) -> impl Iterator<Item = (usize, u32)> {
+    let beside = move |direction| Some((direction, grid.beside(cell, codes[cell as usize], direction)?));
+    let comes = |&(direction, donor): &(usize, u32)| codes[donor as usize] & LINK == opposite(direction) as u8;
+    (0..8).filter_map(beside).filter(comes)
+}
+
 /// Sums the `weights` of the directions of a cell's donors: with 1 each, the number of donors.
 ///
 /// # Errors
@@ -34,14 +41,7 @@ pub fn sums(job: &Job<'_>, grid: &Grid, codes: &[u8], weights: [u8; 8], sums: &m
     let nx = grid.nx;
     par::each(sums.chunks_mut(nx), |y, sums| {
         job.check()?;
-        let sum = |x: usize| -> u8 {
-            let cell = (y * nx + x) as u32;
-            (0..8)
-                .filter_map(|direction| Some((direction, grid.neighbour(cell, direction)?)))
-                .filter(|&(direction, donor)| codes[donor as usize] & LINK == opposite(direction) as u8)
-                .map(|(direction, _)| weights[direction])
-                .sum()
-        };
+        let sum = |x: usize| -> u8 { of(grid, codes, (y * nx + x) as u32).map(|(way, _)| weights[way]).sum() };
         if grid.is_border_row(y) || nx < 3 {
             (0..nx).for_each(|x| sums[x] = sum(x));
             return Ok(());

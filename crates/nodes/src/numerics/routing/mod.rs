@@ -14,7 +14,7 @@ pub mod basins;
 mod breach;
 pub mod code;
 mod cross;
-mod donors;
+pub mod donors;
 pub mod drainage;
 mod elevation;
 mod exits;

@@ -16,7 +16,7 @@ use crate::{
     numerics::{
         hillslope::Hillslope,
         par,
-        routing::code::{has_receiver, opposite},
+        routing::{code::has_receiver, donors},
     },
     prelude::*,
 };
@@ -82,12 +82,9 @@ impl Transport<'_> {
             if depth(cell).is_none() || fills[cell] {
                 return f64::NAN;
             }
-            let joined = (0..8).filter_map(|way| {
-                let from = self.grid.neighbour(cell as u32, way)? as usize;
-                let code = self.codes[from];
-                let comes = has_receiver(code) && usize::from(code & 0b111) == opposite(way);
-                (comes && depth(from).is_some() && self.is_joined(from, cell, heights)).then(|| arriving[from][0])
-            });
+            let joined = donors::of(self.grid, self.codes, cell as u32).map(|(_, from)| from as usize);
+            let joined = joined.filter(|&from| depth(from).is_some() && self.is_joined(from, cell, heights));
+            let joined = joined.map(|from| arriving[from][0]);
             arriving[cell][0] - joined.sum::<f64>()
         };
         let mut loads: Vec<f64> = par::map(heights.len(), entering);

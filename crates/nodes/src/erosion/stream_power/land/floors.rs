@@ -110,9 +110,7 @@ impl Land<'_> {
                 return Some((cell as u32, 0.0, area_m2));
             }
             let receiver = self.grid.receiver(cell as u32, code) as usize;
-            let diagonal = code::is_diagonal(code::direction(code));
-            let length_m = if diagonal { std::f64::consts::SQRT_2 } else { 1.0 } * self.cell_m;
-            let slope = (self.heights[cell] - self.heights[receiver]) / length_m;
+            let slope = (self.heights[cell] - self.heights[receiver]) / (code::length(code) * self.cell_m);
             let narrowed = if slope > STEEP { STEEP / slope } else { 1.0 };
             let softer = if headwater_m2 > 0.0 { math::pow(self.rock.softer(cell), SOFTNESS) } else { 1.0 };
             let width_m = width_m * math::pow(area_m2 / REFERENCE_M2, POWER) * narrowed * softer;
