@@ -44,8 +44,9 @@ enum View {
 /// Draws a picture of a graph's output or of a height file
 ///
 /// For a graph, draws the first height output or the output that `--output` names: heights as `--view` selects, colours
-/// unchanged, other numbers from black to white. `--view 3d` needs a graphics card or a software Vulkan driver. A
-/// height file can be GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 or .r32.
+/// unchanged, other numbers from black to white. The views `hillshade` and `3d` take heights alone; `--view 3d` needs a
+/// graphics card or a software Vulkan driver. A height file can be GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt),
+/// .r16 or .r32.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graph file or height file
@@ -147,16 +148,24 @@ impl Args {
         }
         let mut request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), !self.quiet)?;
         let output = chosen(&self.file, &request.outputs, self.output.as_deref())?.clone();
+        let undrawn = |what: &str| Failure::wrong(format!("`{}` has the type {}, {what}", output.name, output.ty));
+        if output.ty.planes().is_none() {
+            return Err(undrawn("which cannot be drawn").hint("name a raster with `--output`"));
+        }
         let mut outputs = vec![output.clone()];
-        if self.view == View::Perspective {
-            if output.ty != PortType::Height {
-                return Err(Failure::wrong(format!(
-                    "`{}` has the type {}, but `--view 3d` shows heights",
-                    output.name, output.ty
-                ))
-                .hint("name a height with `--output`; set the colours of the terrain with `--colour`"));
+        match self.view {
+            View::Hillshade if output.ty != PortType::Height => {
+                let failure = undrawn("but `--view hillshade` shows heights");
+                return Err(failure.hint("name a height with `--output`, or leave out `--view`"));
             }
-            outputs.extend(self.worn(&request.outputs)?);
+            View::Perspective if output.ty != PortType::Height => {
+                let failure = undrawn("but `--view 3d` shows heights");
+                return Err(
+                    failure.hint("name a height with `--output`; set the colours of the terrain with `--colour`")
+                );
+            }
+            View::Perspective => outputs.extend(self.worn(&request.outputs)?),
+            View::Map | View::Hillshade => {}
         }
         request.outputs = outputs;
         let ports: Vec<_> = request.outputs.iter().map(|output| output.port).collect();
@@ -167,7 +176,7 @@ impl Args {
         let (values, _) = values?;
         let mut fields = values.iter().map(Value::as_field);
         let Some(Some(field)) = fields.next() else {
-            return Err(Failure::wrong(format!("`{}` has the type {}, which cannot be drawn", output.name, output.ty)));
+            return Err(undrawn("which cannot be drawn"));
         };
         let field = self.sea.around(field.clone());
         match self.view {

@@ -83,6 +83,8 @@ fn pictures_of_graphs_and_of_height_files() {
         place.run(&["render", dem, "-o", &format!("{view}.png"), "--view", view]).done();
     }
     assert!(fs::read(place.path("map.png")).unwrap() != fs::read(place.path("hillshade.png")).unwrap());
+    let picture = ["render", "g.ron", "-o", "none.png", "--output", "picture", "--view"];
+    place.run(&[&picture[..], &["hillshade"]].concat()).ended(1, &["`--view hillshade` shows heights", "--output"]);
     place.run(&["render", "g.ron", "-o", "map.jpg"]).ended(1, &[".png"]);
     place.run(&["render", "g.ron", "-o", "no/map.png"]).ended(2, &["no/map.png"]);
     place.run(&["render", "g.ron", "-o", "map.png", "--output", "step"]).ended(1, &["did you mean `steep`?"]);
