@@ -94,7 +94,7 @@ impl Graph {
     }
 
     /// Evaluates outputs; all of the file without names.
-    #[pyo3(signature = (only, cells, window, seed, settings, inputs, progress))]
+    #[pyo3(signature = (only, cells, window, supersample, seed, settings, inputs, progress))]
     #[expect(clippy::too_many_arguments, reason = "the options of a run")]
     fn run(
         &self,
@@ -102,6 +102,7 @@ impl Graph {
         only: Vec<String>,
         cells: Option<[u32; 2]>,
         window: Option<String>,
+        supersample: Option<u32>,
         seed: Option<u32>,
         settings: Vec<(String, String)>,
         inputs: Vec<Input>,
@@ -115,7 +116,7 @@ impl Graph {
         let set = settings.into_iter().map(|(place, value)| Setting { place, value }).collect();
         let cells = cells.map(|[nx, ny]| if ny == 0 { Cells::Longer(nx) } else { Cells::Both([nx, ny]) });
         let document = self.document().clone();
-        let request = Request::of_document(document, &Changes { cells, window, seed, set });
+        let request = Request::of_document(document, &Changes { cells, window, supersample, seed, set });
         let mut request = request.and_then(|request| request.only(&only)).map_err(failed)?;
         for (name, shape, buffer) in inputs {
             let array = Array { shape, samples: buffer.to_vec(py)? };

@@ -4,6 +4,7 @@ pub mod backend;
 pub mod fit;
 pub mod request;
 pub mod storage;
+pub mod supersample;
 
 use std::{
     path::Path,
@@ -18,7 +19,10 @@ use orograph_graph::{
 };
 use orograph_nodes::raster;
 
-use self::request::{Means, Request};
+use self::{
+    request::{Means, Request},
+    supersample::{Averager, finer},
+};
 use crate::{
     export::{
         cube::{self, Cube},
@@ -146,7 +150,10 @@ impl Builder {
             }
             progress.event(kind, &event);
         };
-        let window = request.window();
+        let (asked, factor) = (request.window(), request.supersample());
+        let window = finer(asked, factor);
+        let averager = |port: &Port| Averager::new(graph.output_type(*port), asked, factor);
+        let mut averagers: Vec<_> = ports.iter().map(|port| (factor > 1).then(|| averager(port))).collect();
         let requests: Vec<_> = ports.iter().map(|port| orograph_graph::Request { port: *port, window }).collect();
         let evaluation = Evaluation { graph, folder: request.folder(), requests: &requests, byproducts: &[] };
         // After a failure the remaining work is cancelled.
@@ -169,7 +176,8 @@ impl Builder {
             for (at, delivery) in deliveries {
                 if outcome.is_ok() {
                     let placed = |error| failure(error, Some(&request.document));
-                    outcome = delivery.map_err(placed).and_then(|delivered| take(at, delivered));
+                    let averaged = delivery.map_err(placed).and_then(|it| averaged(averagers[at].as_mut(), it));
+                    outcome = averaged.and_then(|delivered| delivered.map_or(Ok(()), |it| take(at, it)));
                     if outcome.is_err() {
                         stop.cancel();
                     }
@@ -284,6 +292,7 @@ impl Builder {
         let (mut watch, mut expected) = watch(request)?;
         let mut left = ports.len();
         let timings = self.stream(request, &ports, &streamed, cancel, progress, |at, Delivered { value, key }| {
+            let key = supersample::hash(&key.to_string(), request.supersample());
             let end = window.origin[1] + window.cells[1];
             let is_last =
                 value.as_field().is_none_or(|field| field.window().origin[1] + field.window().cells[1] == end);
@@ -296,11 +305,11 @@ impl Builder {
             }
             match (writers[at].as_mut(), value.as_field()) {
                 (Some(writer), Some(rows)) => writer.rows(rows, cancel)?,
-                _ => staging.write(&request.outputs[at], &value, &window.world, &key.to_string(), cancel)?,
+                _ => staging.write(&request.outputs[at], &value, &window.world, &key, cancel)?,
             }
             drop(value);
             if let Some(writer) = writers[at].take_if(|_| is_last) {
-                writer.finish(&key.to_string(), cancel)?;
+                writer.finish(&key, cancel)?;
             }
             if cancel.is_cancelled() { Err(Failure::stopped()) } else { Ok(()) }
         })?;
@@ -311,6 +320,13 @@ impl Builder {
         }
         Ok(Built { files, timings, time: start.elapsed(), expected })
     }
+}
+
+/// Averages what an evaluation on finer cells has delivered. Returns None while a band completes no row of cells.
+fn averaged(averager: Option<&mut Averager>, delivered: Delivered) -> Result<Option<Delivered>, Failure> {
+    let Some((averager, field)) = averager.zip(delivered.value.as_field()) else { return Ok(Some(delivered)) };
+    let rows = averager.rows(field)?;
+    Ok(rows.map(|rows| Delivered { value: Value::from(rows), ..delivered }))
 }
 
 /// Prepares to measure what the file of a request expects. Without that, says why nothing is measured.

@@ -145,7 +145,7 @@ impl Job<'_> {
         };
         part(document.source().as_bytes());
         part(format!("{:?}", self.backend).as_bytes());
-        part(format!("{world:?} {:?}", self.request.window()).as_bytes());
+        part(format!("{world:?} {:?} {}", self.request.window(), self.request.supersample()).as_bytes());
         for index in graph.indices() {
             let node = graph.instance(index).node;
             part(format!("{} {}", node.id, node.version).as_bytes());

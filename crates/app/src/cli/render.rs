@@ -118,6 +118,7 @@ impl Args {
             ("--output", self.output.is_some()),
             ("--cells", changes.cells.is_some()),
             ("--window", changes.window.is_some()),
+            ("--supersample", changes.supersample.is_some()),
             ("--seed", changes.seed.is_some()),
             ("--set", !changes.set.is_empty()),
             ("--cache", self.means.storage.cache.is_some()),

@@ -207,6 +207,10 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
             reports += &format!("\n{}\n{}\n", page.name(&file.output), reading::text(report, page));
         }
     }
+    let finer = match request.supersample() {
+        1 => String::new(),
+        factor => format!(", each from {factor} x {factor} finer ones"),
+    };
     let computed = built.timings.iter().filter(|timing| timing.origin == Origin::Computed).count();
     let nodes = match built.timings.len() - computed {
         0 => counted(computed, "node"),
@@ -220,7 +224,7 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
         counted(built.files.len(), "file"),
         seconds(built.time),
         page.dim(&format!(
-            "({nodes}; {width} x {height}{place}, {} x {} cells of {cell} m, seed {})",
+            "({nodes}; {width} x {height}{place}, {} x {} cells of {cell} m{finer}, seed {})",
             window.cells[0], window.cells[1], world.seed
         )),
     )

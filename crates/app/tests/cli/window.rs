@@ -25,6 +25,43 @@ fn samples(place: &Place, file: &str) -> Vec<[u8; 4]> {
     fs::read(place.path(file)).expect("written").as_chunks().0.to_vec()
 }
 
+/// Supersampling writes the means of the finer build, of a window and with the largest drainage areas.
+#[test]
+fn supersampling_averages_a_build_on_finer_cells() {
+    let place = Place::new();
+    place.write("g.ron", LAND);
+    let finer = ["run", "g.ron", "-q", "--format", "r32", "--cells", "192", "-o", "fine"];
+    place.run(&finer).done();
+    let averaged = ["run", "g.ron", "--format", "r32", "--cells", "96", "--supersample", "2", "-o", "mean"];
+    let ran = place.run(&averaged).done();
+    assert!(ran.out.contains("96 x 64 cells of 100 m, each from 2 x 2 finer ones"), "{}", ran.out);
+    let part = ["run", "g.ron", "-q", "--format", "r32", "--supersample", "2", "--window", "1 km,2 km,1 km x 1 km"];
+    place.run(&[&part[..], &["-o", "part"]].concat()).done();
+    let number = |bytes: [u8; 4]| f32::from_le_bytes(bytes);
+    for (output, largest) in [("rivers", false), ("area", true)] {
+        let [fine, mean, part] =
+            ["fine", "mean", "part"].map(|folder| samples(&place, &format!("{folder}/{output}.r32")));
+        for (x, y) in (0..96).flat_map(|x| (0..64).map(move |y| (x, y))) {
+            let four = [0, 1, 192, 193].map(|at| number(fine[2 * y * 192 + 2 * x + at]));
+            let expected = if largest {
+                four.into_iter().fold(0.0, f32::max)
+            } else {
+                (four.map(f64::from).iter().sum::<f64>() / 4.0) as f32
+            };
+            assert_eq!(number(mean[y * 96 + x]), expected, "{output} in {x}, {y}");
+        }
+        assert!((0..10).all(|y| part[y * 10..][..10] == mean[(20 + y) * 96 + 10..][..10]), "window of {output}");
+    }
+    let hash = |folder: &str| {
+        let sidecar: serde_json::Value =
+            serde_json::from_str(&place.read(&format!("{folder}/rivers.r32.json"))).expect("JSON");
+        sidecar["graph_hash"].as_str().expect("a hash").to_owned()
+    };
+    assert!(hash("fine") != hash("mean") && hash("fine").len() == hash("mean").len());
+    let too_many = ["run", "g.ron", "--cells", "15000", "--supersample", "8", "-o", "none"];
+    place.run(&too_many).ended(1, &["`--supersample 8`", "limit"]);
+}
+
 #[test]
 fn a_window_equals_the_same_part_of_the_whole_build() {
     let place = Place::new();

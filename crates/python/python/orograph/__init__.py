@@ -156,6 +156,7 @@ class Graph:
         cells: int | tuple[int, int] | None = None,
         seed: int | None = None,
         window: str | None = None,
+        supersample: int | None = None,
         set: Mapping[str, object] | None = None,
         inputs: Mapping[str, npt.ArrayLike] | None = None,
         progress: Callable[[str, float], object] | None = None,
@@ -163,6 +164,7 @@ class Graph:
         """Builds the outputs, or only those of some names.
 
         ``cells``, ``seed``, ``window`` (``"4 km,6 km,2 km x 2 km"``) and ``set`` change this run, and not the graph.
+        ``supersample=2`` computes on cells half as large, in four times the time and memory, and gives their means.
         ``inputs`` are arrays over the whole world by the name of an exposed input, of a node or of ``"node.output"``;
         they take the place of what the graph would compute. ``progress`` is called with the name of a node and the
         finished part of its work; an exception that it raises stops the run, as Ctrl-C does.
@@ -173,7 +175,7 @@ class Graph:
         both = (cells, 0) if isinstance(cells, int) else cells
         settings = [(name, _text(value)) for name, value in (set or {}).items()]
         arrays = [samples(name, array) for name, array in (inputs or {}).items()]
-        found, timings, warnings = self._graph.run(names, both, window, seed, settings, arrays, progress)
+        found, timings, warnings = self._graph.run(names, both, window, supersample, seed, settings, arrays, progress)
         outputs = {
             name: Raster(name, value) if isinstance(value, _orograph.Raster) else json.loads(value[1])
             for name, value in found

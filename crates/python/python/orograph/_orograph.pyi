@@ -19,6 +19,7 @@ class Graph:
         only: list[str],
         cells: tuple[int, int] | None,
         window: str | None,
+        supersample: int | None,
         seed: int | None,
         settings: list[tuple[str, str]],
         inputs: list[tuple[str, list[int], Any]],

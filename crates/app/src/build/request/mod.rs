@@ -17,7 +17,11 @@ use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World,
 pub use given::Array;
 pub use part::Part;
 
-use super::{backend::BackendName, storage::Storage};
+use super::{
+    backend::BackendName,
+    storage::Storage,
+    supersample::{MOST, finer},
+};
 use crate::{
     files::archive::Source,
     report::{failure::Failure, problems},
@@ -36,6 +40,12 @@ pub struct Changes {
     /// the whole world, such as rivers, are computed for all of it.
     #[arg(long, value_name = "X,Y,W x H")]
     pub window: Option<Part>,
+    /// Compute on finer cells, N along each side of a cell, and write their means: finer detail, no jagged crests
+    ///
+    /// 2 takes four times the time and memory, 4 sixteen times. Drainage areas and discharges are the largest in each
+    /// cell, and numbers of layers or basins the value at its centre; lines and reports are those of the finer cells.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST)))]
+    pub supersample: Option<u32>,
     /// The world's seed
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
@@ -150,6 +160,8 @@ pub struct Request {
     pub world: World,
     /// The part of the world to write.
     window: Window,
+    /// Finer cells along the side of each cell.
+    supersample: u32,
     /// The outputs to build, in that graph.
     pub outputs: Vec<OutputDecl>,
     /// Where the files of an archive are, while the request lives.
@@ -196,9 +208,26 @@ impl Request {
             Some(part) => part.window(world)?,
             None => Window::whole(world),
         };
+        let supersample = changes.supersample.unwrap_or(1);
+        if !(1..=MOST).contains(&supersample) {
+            return Err(Failure::wrong(format!("supersampling by {supersample} is not from 1 to {MOST}")));
+        }
+        finer(window, supersample).world.check().map_err(|error| {
+            Failure::wrong(format!("`--supersample {supersample}`: {error}"))
+                .hint("compute on fewer finer cells, or write fewer with `--cells`")
+        })?;
         let expanded = document.expand();
         let path = path.to_owned();
-        Ok(Self { path, window, document, graph: expanded.graph, world, outputs: expanded.outputs, source })
+        Ok(Self {
+            path,
+            window,
+            supersample,
+            document,
+            graph: expanded.graph,
+            world,
+            outputs: expanded.outputs,
+            source,
+        })
     }
 
     /// The same file with further changes, on top of those of the request.
@@ -280,6 +309,12 @@ impl Request {
     #[must_use]
     pub const fn window(&self) -> Window {
         self.window
+    }
+
+    /// Finer cells along the side of each cell on which the outputs are computed; 1 without `--supersample`.
+    #[must_use]
+    pub const fn supersample(&self) -> u32 {
+        self.supersample
     }
 }
 

@@ -135,7 +135,7 @@ impl Progress for JsonLines {
         say(&json!({
             "event": "start", "graph": request.path.display().to_string(), "size_m": request.world.size,
             "cells": request.world.cells, "seed": request.world.seed, "sea_level_m": request.world.sea_level,
-            "threads": threads, "outputs": outputs, "window": part,
+            "threads": threads, "outputs": outputs, "window": part, "supersample": request.supersample(),
         }));
     }
 

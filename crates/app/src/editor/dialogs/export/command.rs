@@ -7,8 +7,16 @@ use orograph_nodes::raster::Format;
 
 use crate::export::outputs::OutputOptions;
 
-/// `orograph run ...` for a file. `only` is empty for all outputs; `cells` is empty for the file's own.
-pub(super) fn line(file: &Path, folder: &Path, only: &[String], options: &OutputOptions, cells: &str) -> String {
+/// `orograph run ...` for a file. `only` is empty for all outputs; `cells` is empty for the file's own. `supersample` is
+/// the number of finer cells along the side of each cell.
+pub(super) fn line(
+    file: &Path,
+    folder: &Path,
+    only: &[String],
+    options: &OutputOptions,
+    cells: &str,
+    supersample: u32,
+) -> String {
     let path = |path: &Path| quoted(&path.display().to_string());
     let mut line = format!("orograph run {} -o {}", path(file), path(folder));
     let mut add = |option: &str, value: &str| {
@@ -23,6 +31,9 @@ pub(super) fn line(file: &Path, folder: &Path, only: &[String], options: &Output
     }
     if !cells.is_empty() {
         add("cells", cells);
+    }
+    if supersample > 1 {
+        add("supersample", &supersample.to_string());
     }
     if options.format != Format::Exr {
         add("format", options.format.name());
@@ -74,7 +85,7 @@ mod tests {
     #[test]
     fn the_command_line_lists_only_changed_options() {
         let plain = OutputOptions::default();
-        assert_eq!(line(Path::new("a.ron"), Path::new("out"), &[], &plain, ""), "orograph run a.ron -o out");
+        assert_eq!(line(Path::new("a.ron"), Path::new("out"), &[], &plain, "", 1), "orograph run a.ron -o out");
         let options = OutputOptions {
             format: Format::Png16,
             engine: Some(Engine::Unreal),
@@ -86,10 +97,10 @@ mod tests {
             holes: Some("dem.data".to_owned()),
             no_preview: true,
         };
-        let said = line(Path::new("a b.ron"), Path::new("out"), &["height".into()], &options, "64");
+        let said = line(Path::new("a b.ron"), Path::new("out"), &["height".into()], &options, "64", 2);
         assert!(said.starts_with(if cfg!(windows) { "orograph run \"a b.ron\"" } else { "orograph run 'a b.ron'" }));
         assert!(said.ends_with(
-            "-o out --only height --cells 64 --format png16 --engine unreal --tiles 4x2 --dither --mesh glb --triangles 9 \
+            "-o out --only height --cells 64 --supersample 2 --format png16 --engine unreal --tiles 4x2 --dither --mesh glb --triangles 9 \
              --lines metres --holes dem.data --no-preview"
         ));
     }

@@ -46,6 +46,8 @@ pub(crate) struct Export {
     options: OutputOptions,
     /// The typed number of cells; empty for the file's own.
     cells: String,
+    /// Finer cells along the side of each cell.
+    supersample: u32,
     queue: Queue,
     /// Why the export could not start.
     refused: Option<Failure>,
@@ -58,6 +60,15 @@ pub(crate) struct Export {
     /// The question whether an export may replace files.
     asked: Option<Asked>,
     browser: Option<Browser>,
+}
+
+/// A factor of supersampling in the list.
+const fn supersampling(factor: u32) -> &'static str {
+    match factor {
+        1 => "none",
+        2 => "2 x 2",
+        _ => "4 x 4",
+    }
 }
 
 /// The question whether an export may replace files that the graph has not written.
@@ -79,6 +90,7 @@ impl Default for Export {
             left_out: BTreeSet::new(),
             options,
             cells: String::new(),
+            supersample: 1,
             queue: Queue::default(),
             refused: None,
             of: None,
@@ -285,6 +297,18 @@ impl Export {
                 "Cells along the longer side, or both sides as 2048x1024; leave empty to use the file's",
             );
         });
+        row(ui, "Supersampling", |ui| {
+            let shown = supersampling(self.supersample);
+            let list = ComboBox::from_id_salt("supersampling").selected_text(shown).width(160.0).show_ui(ui, |ui| {
+                for factor in [1, 2, 4] {
+                    ui.selectable_value(&mut self.supersample, factor, supersampling(factor));
+                }
+            });
+            list.response.named("Supersampling").on_hover_text(
+                "Computes finer cells and writes their means: finer detail, no jagged crests. 2 x 2 takes four times the \
+                 time and memory",
+            );
+        });
         row(ui, "Tiles", |ui| {
             // Terrain3D divides its maps itself
             let is_used = options.engine != Some(Engine::Godot);
@@ -315,7 +339,7 @@ impl Export {
     fn changes(&self) -> Result<Changes, Failure> {
         let text = self.cells.trim();
         let cells = if text.is_empty() { None } else { Some(text.parse::<Cells>().map_err(Failure::wrong)?) };
-        Ok(Changes { cells, ..Changes::default() })
+        Ok(Changes { cells, supersample: Some(self.supersample), ..Changes::default() })
     }
 
     /// The outputs to write; empty for all of them.
@@ -364,7 +388,14 @@ impl Export {
 
     fn command_line(&self, session: &Session) -> String {
         let file = session.path().map_or_else(|| PathBuf::from("GRAPH.ron"), Path::to_owned);
-        command::line(&file, Path::new(self.folder.trim()), &self.only(session), &self.options, self.cells.trim())
+        command::line(
+            &file,
+            Path::new(self.folder.trim()),
+            &self.only(session),
+            &self.options,
+            self.cells.trim(),
+            self.supersample,
+        )
     }
 }
 
