@@ -7,22 +7,37 @@
 //! heights of ridges depend neither on the ground nor on how much of it the cells can hold. With a K that varies over
 //! such distances the differences along a way would add up instead.
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, mix};
 
 use super::Params;
-use crate::numerics::{par, ribs::ribs, rock::Knolls};
+use crate::numerics::{
+    math, par,
+    ribs::ribs,
+    rock::Knolls,
+    waves::{Sampler, Waves},
+};
 
 /// The least and the largest factor of a slope.
 const FACTORS: [f64; 2] = [0.25, 4.0];
 
+/// The longest waves in which the roughness varies, in √A₀, and the shortest, in the longest.
+const VARIATION_WAVES: [f64; 2] = [12.0, 0.2];
+/// Their spectral slope, and how much longer they are along the grain than across it.
+const VARIATION_SLOPE: f64 = 2.6;
+const VARIATION_STRETCH: f64 = 2.5;
+/// Standard deviations at which the variation is cut off, to the smooth and to the rough side: ground that is much rougher
+/// than the mean looks crumpled.
+const MOST_DEVIATIONS: [f64; 2] = [2.0, 1.0];
+
 /// The ground of every cell.
-#[derive(Debug)]
 pub struct Ground {
     /// g in metres; empty on even ground, and where cells are too large for it.
     heights: Vec<f32>,
     /// Whether slopes have a foot beside rivers.
     has_feet: bool,
     knolls: Knolls,
+    /// The standard deviation of the logarithm of a factor of the roughness, and that logarithm in standard deviations.
+    variation: Option<(f64, Sampler)>,
     /// How far knolls are drawn out down a slope, to either side in wavelengths.
     ribs: f64,
 }
@@ -36,7 +51,25 @@ impl Ground {
         let knolls = Knolls::new(job, params.roughness, params.headwater_area.sqrt());
         let has_feet = params.roughness > 0.0 && params.headwater_area > 0.0;
         let heights = if ribs_follow && params.ribs > 0.0 { Vec::new() } else { knolls.all(job)? };
-        Ok(Self { heights, knolls, has_feet, ribs: params.ribs })
+        let longest_m = VARIATION_WAVES[0] * params.headwater_area.sqrt();
+        let varies = has_feet && params.roughness_variation > 0.0;
+        let seed = mix(job.seed() ^ mix(0x5EED_0005));
+        let waves = Waves { longest_m, spectral_slope: VARIATION_SLOPE, stretch: VARIATION_STRETCH, grain: 1.0, seed };
+        let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m);
+        let variation = varies.then(|| (params.roughness_variation, sampler()));
+        let mut ground = Self { heights, knolls, variation, has_feet, ribs: params.ribs };
+        ground.vary(job);
+        Ok(ground)
+    }
+
+    /// Makes the ground rougher here and smoother there.
+    fn vary(&mut self, job: &Job<'_>) {
+        let Some((deviation, waves)) = &self.variation else { return };
+        let (window, nx) = (job.window(), job.window().nx());
+        par::change_at(&mut self.heights, |cell, height| {
+            let waves = waves.at(window.centre_m(cell % nx, cell / nx)).clamp(-MOST_DEVIATIONS[0], MOST_DEVIATIONS[1]);
+            *height *= math::exp(deviation * waves) as f32;
+        });
     }
 
     /// Makes ribs of the knolls, along the slopes of the terrain `heights`.
@@ -48,6 +81,7 @@ impl Ground {
             self.heights = Vec::new();
             let heights = par::map_of(heights, |height| *height as f32);
             self.heights = ribs(job, &self.knolls, &heights, self.ribs)?;
+            self.vary(job);
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use orograph_graph::{
     mix,
 };
 
-use self::budget::Budget;
+use self::{budget::Budget, floors::Floors};
 use super::{
     Inputs, Method, Params, Receivers, Wants,
     area::{Area, Heads, Scheme},
@@ -68,7 +68,7 @@ pub struct Land<'a> {
     /// The drainage area at which a river carries off what creeps into it; infinite without such rivers.
     river_m2: f64,
     /// Width of the floor of a valley that drains 1 km², in metres.
-    valley_width_m: f64,
+    floors: Floors,
     /// Cells of the rim of `inland` sides through which rivers leave.
     gates: Vec<u32>,
     receivers: Receivers,
@@ -254,7 +254,7 @@ impl<'a> Land<'a> {
                 .at_least(least_diffusivity)
                 .risen(),
             river_m2: if params.critical_area > 0.0 { params.critical_area } else { f64::INFINITY },
-            valley_width_m: params.valley_width,
+            floors: Floors::new(job, params),
             gates,
             receivers: params.receivers,
             seed,
@@ -318,7 +318,7 @@ impl<'a> Land<'a> {
         self.look_up();
         self.route(job, Some(step))?;
         self.area.spread();
-        self.widen(job, self.valley_width_m)?;
+        self.widen(job)?;
         let Some(mut sediment) = self.sediment.take() else {
             let before = asked.any().then(|| copied(&self.heights)).transpose()?;
             self.erode(job, step_yr)?;

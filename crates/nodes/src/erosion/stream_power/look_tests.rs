@@ -134,6 +134,30 @@ fn rivers_cut_floors() {
     assert!(low(&with) > low(&without) * 5 / 4, "{} {}", low(&with), low(&without));
 }
 
+/// Where the roughness varies, some ground is rougher and some smoother than where it does not, by the curvature of squares
+/// of ten cells.
+#[test]
+fn smooth_slopes_stand_beside_rough_ones() {
+    let spread = |changes: &str| {
+        let heights = output(changes, "height");
+        let bend = |x: usize, y: usize| {
+            let at = |dx: isize| f64::from(heights[(y * SIDE + x).wrapping_add_signed(dx)]);
+            let [along, across] = [1, SIDE as isize].map(|step| at(step) + at(-step) - 2.0 * at(0));
+            along * along + across * across
+        };
+        let square = |at: usize| {
+            let [x, y] = [at % 15, at / 15].map(|at| 5 + 10 * at);
+            math::ln((0..100).map(|cell| bend(x + cell % 10, y + cell / 10)).sum::<f64>())
+        };
+        let squares: Vec<f64> = (0..225).map(square).collect();
+        let mean = squares.iter().sum::<f64>() / 225.0;
+        (squares.iter().map(|square| (square - mean) * (square - mean)).sum::<f64>() / 225.0).sqrt()
+    };
+    let still = "variation=0,repose_variation=0,headwater_variation=0,valley_width=0";
+    let [even, varied] = ["", ",roughness_variation=1"].map(|changes| spread(&format!("{still}{changes}")));
+    assert!(varied > 1.2 * even, "{even} {varied}");
+}
+
 /// Valleys have rounded bottoms, as in real elevation models: the ground next to a river is a smaller part of the rise to
 /// three cells away than in a sharp valley.
 #[test]

@@ -99,10 +99,16 @@ params! {
     critical_area: f64 = 0.0, SquareMetres, 0.0..=1e12, soft 0..=1e6;
     /// Width of the floor of a valley that drains 1 km², where its river is no steeper than 10 %; 0 for no floors.
     valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
+    /// How much the floor of a valley widens and narrows along it: the standard deviation of the natural logarithm.
+    valley_variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
     /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
     ///
     /// It counts for each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
     roughness: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
+    /// How much `roughness` varies from place to place: the standard deviation of its natural logarithm.
+    ///
+    /// Smooth slopes beside rough ones, in waves of some 12 √A₀.
+    roughness_variation: f64 = 0.0, One, 0.0..=2.0, soft 0..=1;
     /// How far knolls and hollows are drawn out into ribs and chutes down a slope, to either side in wavelengths.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
@@ -196,7 +202,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 12,
+    version: 13,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -241,6 +247,8 @@ pub static NODE: Node = Node {
                 Step::Keep { name: "variation_size", value: "3e3" },
             ],
         },
+        // floors of varying width
+        Migration { from: 12, steps: &[Step::Keep { name: "valley_variation", value: "0" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",

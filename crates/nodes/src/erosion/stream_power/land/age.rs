@@ -42,7 +42,7 @@ impl Land<'_> {
     pub fn grow(&mut self, job: &Job<'_>, start: &[f32], age_yr: f64, round: u32) -> Result<(), NodeError> {
         self.route(job, Some(round))?;
         self.area.spread();
-        self.widen(job, self.valley_width_m)?;
+        self.widen(job)?;
         self.time_yr = age_yr;
         let mut heights = std::mem::take(&mut self.heights);
         let grown = self.heights_at(job, start, age_yr, &mut heights);
