@@ -15,7 +15,7 @@ use crate::{
 
 /// The lines, for `--help`.
 pub const HELP: &str = r#"With --json, standard output has one JSON object per line:
-  {"event":"start","graph":F,"size_m":[X,Y],"cells":[NX,NY],"window":{"origin":[I,J],"cells":[NX,NY]}|null,"seed":S,"sea_level_m":Z|null,"threads":T,"outputs":[NAME...]}
+  {"event":"start","graph":F,"size_m":[X,Y],"cells":[NX,NY],"window":{"origin":[I,J],"cells":[NX,NY]}|null,"supersample":N,"seed":S,"sea_level_m":Z|null,"threads":T,"outputs":[NAME...]}
   {"event":"plan","compute":N,"cached":M}
   {"event":"progress","node":NAME,"kind":KIND,"fraction":0.25}
   {"event":"node","node":NAME,"kind":KIND,"origin":"computed"|"memory"|"disk","seconds":T,"bytes":B,"backend":"cpu"|"gpu"}
