@@ -9,6 +9,7 @@
 //! - [`files`]: files that appear whole, and sets of files that appear together; [`input`]: opening files to read.
 //! - [`memory`]: allocation of rasters; [`machine`]: how much memory there is.
 
+mod averaging;
 mod backend;
 mod colour;
 mod device;
@@ -40,6 +41,7 @@ mod unit;
 mod value;
 mod world;
 
+pub use averaging::Averaging;
 pub use backend::{Backend, Cpu, Prefer};
 pub use colour::{NoColour, Srgb, Stop};
 pub use device::{DeviceError, DeviceSamples, WeakSamples};

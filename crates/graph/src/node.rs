@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::{
+    averaging::Averaging,
     gpu::GpuKernel,
     job::{Job, NodeError, Outputs, Wanted},
     migrate::Migration,
@@ -43,6 +44,8 @@ pub struct Node {
     pub inputs: &'static [Input],
     /// Its outputs; a wire that names no port refers to the first.
     pub outputs: &'static [Output],
+    /// Outputs whose values on larger cells are not what [`Averaging::of`] their type says.
+    pub averaging: &'static [(&'static str, Averaging)],
     /// The measures in its reports. Declared by nodes of the category `measure`; none by others.
     pub measures: &'static [MeasureSpec],
     /// Its parameters, usually `Params::specs`.
@@ -144,6 +147,7 @@ impl Node {
         sources: &[],
         inputs: &[],
         outputs: &[],
+        averaging: &[],
         measures: &[],
         params: Vec::new,
         declared: &[],
@@ -165,6 +169,14 @@ impl Node {
     #[must_use]
     pub fn input(&self, name: &str) -> Option<&'static Input> {
         self.inputs.iter().find(|input| input.name == name)
+    }
+
+    /// How values of the output at a position, which has this type, become those of larger cells.
+    #[must_use]
+    pub fn averaging(&self, output: usize, ty: PortType) -> Averaging {
+        let name = self.outputs.get(output).map(|output| output.name);
+        let own = self.averaging.iter().find(|(declared, _)| Some(*declared) == name);
+        own.map_or_else(|| Averaging::of(ty), |(_, averaging)| *averaging)
     }
 
     /// Position of the output of that name.

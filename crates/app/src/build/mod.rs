@@ -152,7 +152,10 @@ impl Builder {
         };
         let (asked, factor) = (request.window(), request.supersample());
         let window = finer(asked, factor);
-        let averager = |port: &Port| Averager::new(graph.output_type(*port), asked, factor);
+        let averager = |port: &Port| {
+            let node = graph.instance(port.node).node;
+            Averager::new(node.averaging(port.output, graph.output_type(*port)), asked, factor)
+        };
         let mut averagers: Vec<_> = ports.iter().map(|port| (factor > 1).then(|| averager(port))).collect();
         let requests: Vec<_> = ports.iter().map(|port| orograph_graph::Request { port: *port, window }).collect();
         let evaluation = Evaluation { graph, folder: request.folder(), requests: &requests, byproducts: &[] };

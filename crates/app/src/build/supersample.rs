@@ -4,7 +4,8 @@
 //! and crests and valleys narrower than a cell are neither jagged nor as sharp as a knife, as in an elevation model that
 //! was measured more finely than it is published.
 
-use orograph_graph::{Field, PortType, Unit, Window, World, memory::zeroed};
+use orograph_graph::{Averaging, Field, Window, World, memory::zeroed};
+use orograph_nodes::numerics::math;
 
 use crate::report::failure::Failure;
 
@@ -28,62 +29,41 @@ pub fn hash(finer: &str, factor: u32) -> String {
     blake3::hash(format!("{finer} {factor}").as_bytes()).to_hex().as_str()[..finer.len().min(64)].to_owned()
 }
 
-/// How the values of finer cells become that of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Rule {
-    Mean,
-    /// Drainage areas and discharges: the mean of a river and the slopes beside it is neither.
-    Largest,
-    /// Numbers of layers, basins and directions: the value beside the centre, to the north-west.
-    Nearest,
-    /// Angles. The mean of 1 and 359 degrees is 0.
-    Angle,
-    /// Three planes of unit vectors.
-    Unit,
+/// The value of a cell from those of its finer cells, row by row.
+fn of_cell(values: &[f32], averaging: Averaging) -> f32 {
+    match averaging {
+        Averaging::Mean | Averaging::UnitVector => mean_of(values),
+        Averaging::Largest => values.iter().copied().fold(f32::NEG_INFINITY, f32::max),
+        Averaging::Commonest => {
+            let count = |value: f32| values.iter().filter(|other| other.to_bits() == value.to_bits()).count();
+            values.iter().rev().copied().max_by_key(|value| count(*value)).unwrap_or_default()
+        }
+        Averaging::Direction => direction(values),
+    }
 }
 
-impl Rule {
-    const fn of(ty: PortType) -> Self {
-        match ty {
-            PortType::Normal => Self::Unit,
-            PortType::Scalar(Unit::Count) => Self::Nearest,
-            PortType::Scalar(Unit::Degrees) => Self::Angle,
-            PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerYear | Unit::CubicMetresPerSecond) => {
-                Self::Largest
-            }
-            _ => Self::Mean,
-        }
-    }
+fn mean_of(values: &[f32]) -> f32 {
+    (values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64) as f32
+}
 
-    /// The value of a cell from those of its finer cells, row by row.
-    fn of_cell(self, values: &[f32]) -> f32 {
-        let mean = |values: &mut dyn Iterator<Item = f64>, count: usize| (values.sum::<f64>() / count as f64) as f32;
-        let plain = values.iter().map(|&value| f64::from(value));
-        match self {
-            Self::Mean | Self::Unit => mean(&mut { plain }, values.len()),
-            Self::Largest => values.iter().copied().fold(f32::NEG_INFINITY, f32::max),
-            Self::Nearest => {
-                let side = values.len().isqrt();
-                let middle = (side - 1) / 2;
-                values[middle * side + middle]
-            }
-            Self::Angle => {
-                let [least, most] =
-                    [f32::min as fn(f32, f32) -> f32, f32::max].map(|f| values.iter().copied().reduce(f));
-                let wraps = most.zip(least).is_some_and(|(most, least)| most - least > 180.0);
-                let turned = plain.map(|angle| if wraps && angle < 180.0 { angle + 360.0 } else { angle });
-                let angle = mean(&mut { turned }, values.len());
-                if wraps { angle.rem_euclid(360.0) } else { angle }
-            }
-        }
+/// The direction of the sum of unit vectors, in degrees; -1 where most values have none, or their sum is 0.
+fn direction(values: &[f32]) -> f32 {
+    let given = || values.iter().filter(|degrees| **degrees >= 0.0).map(|&degrees| f64::from(degrees).to_radians());
+    if 2 * given().count() < values.len() {
+        return -1.0;
     }
+    let [east, north] = [math::sin as fn(f64) -> f64, math::cos].map(|part| given().map(part).sum::<f64>());
+    if math::hypot(east, north) < 1e-9 {
+        return -1.0;
+    }
+    (math::atan2(east, north).to_degrees().rem_euclid(360.0)) as f32
 }
 
 /// Averages the rasters of one output, which may come in bands of rows.
 #[derive(Debug)]
 pub struct Averager {
     factor: usize,
-    rule: Rule,
+    averaging: Averaging,
     asked: Window,
     /// Rows of requested cells that have gone out.
     done: u32,
@@ -92,10 +72,10 @@ pub struct Averager {
 }
 
 impl Averager {
-    /// For an output of this type, on the requested cells.
+    /// For an output that is averaged like this, on the requested cells.
     #[must_use]
-    pub const fn new(ty: PortType, asked: Window, factor: u32) -> Self {
-        Self { factor: factor as usize, rule: Rule::of(ty), asked, done: 0, kept: Vec::new() }
+    pub const fn new(averaging: Averaging, asked: Window, factor: u32) -> Self {
+        Self { factor: factor as usize, averaging, asked, done: 0, kept: Vec::new() }
     }
 
     /// Takes the next rows of the finer raster. Returns the rows of cells that they complete, if any.
@@ -118,7 +98,7 @@ impl Averager {
                 for (x, cell) in cells.iter_mut().enumerate() {
                     values.clear();
                     rows.iter().for_each(|row| values.extend_from_slice(&row[x * factor..(x + 1) * factor]));
-                    *cell = self.rule.of_cell(&values);
+                    *cell = of_cell(&values, self.averaging);
                 }
             }
             *kept = rows[ny * factor..].concat();
@@ -126,7 +106,7 @@ impl Averager {
         if ny == 0 {
             return Ok(None);
         }
-        if self.rule == Rule::Unit {
+        if self.averaging == Averaging::UnitVector {
             to_unit_length(&mut samples, nx * ny);
         }
         let [west, north] = self.asked.origin;
@@ -136,15 +116,17 @@ impl Averager {
     }
 }
 
-/// Scales the vectors whose components are in planes of so many cells. A vector of length 0 points up, along the last.
+/// Scales the vectors whose components are in planes of so many cells. A normal of length 0 points up; a vector of length
+/// 0 in the plane stays.
 fn to_unit_length(samples: &mut [f32], cells: usize) {
+    let is_normal = samples.len() == 3 * cells;
     for cell in 0..cells {
         let places = || (cell..samples.len()).step_by(cells);
         let length = places().map(|at| f64::from(samples[at]) * f64::from(samples[at])).sum::<f64>().sqrt();
         let last = samples.len() - cells + cell;
         for at in (cell..samples.len()).step_by(cells) {
             let scaled = f64::from(samples[at]) / length;
-            samples[at] = if length > 0.0 { scaled as f32 } else { f32::from(u8::from(at == last)) };
+            samples[at] = if length > 0.0 { scaled as f32 } else { f32::from(u8::from(is_normal && at == last)) };
         }
     }
 }
@@ -168,13 +150,13 @@ mod tests {
     fn bands_of_any_height_give_the_means_of_the_whole() {
         let (asked, factor) = (window([2, 1], [5, 4]), 3);
         let all = raster(asked, factor, |x, y| (x * x + 7 * y) as f32);
-        let mut averager = Averager::new(PortType::Height, asked, factor);
+        let mut averager = Averager::new(Averaging::Mean, asked, factor);
         let whole = averager.rows(&all).expect("memory").expect("rows");
         assert_eq!(*whole.window(), asked);
         // rows 0 to 2 and columns 0 to 2: (0 + 1 + 4) / 3 + 7 (0 + 1 + 2) / 3
         assert!((whole.samples()[0] - (5.0 / 3.0 + 7.0)).abs() < 1e-6);
         for height in [1, 2, 4, 5, 12] {
-            let mut averager = Averager::new(PortType::Height, asked, factor);
+            let mut averager = Averager::new(Averaging::Mean, asked, factor);
             let mut samples = Vec::new();
             let Window { origin: [west, north], cells: [nx, ny], .. } = *all.window();
             for first in (0..ny).step_by(height) {
@@ -196,15 +178,27 @@ mod tests {
             let field = Field::new(finer(one, 2), samples.to_vec());
             Averager::new(ty, one, 2).rows(&field).expect("memory").expect("a row").samples()[0]
         };
-        assert_eq!(value(PortType::Mask, [0.0, 1.0, 1.0, 1.0]), 0.75);
-        assert_eq!(value(PortType::Scalar(Unit::SquareMetres), [1.0, 900.0, 2.0, 3.0]), 900.0);
-        assert_eq!(value(PortType::Scalar(Unit::Count), [7.0, 3.0, 3.0, 3.0]), 7.0);
-        assert_eq!(value(PortType::Scalar(Unit::Degrees), [30.0, 40.0, 30.0, 40.0]), 35.0);
-        assert_eq!(value(PortType::Scalar(Unit::Degrees), [350.0, 10.0, 350.0, 20.0]), 2.5);
-        let planes = vec![0.6, 0.6, 0.6, 0.6, 0.0, 0.0, 0.0, 0.0, 0.8, 0.8, 0.2, 0.2];
-        let field = Field::with_planes(finer(one, 2), 3, planes);
-        let normal = Averager::new(PortType::Normal, one, 2).rows(&field).expect("memory").expect("a row");
-        let length: f32 = normal.samples().iter().map(|v| v * v).sum();
-        assert!((length - 1.0).abs() < 1e-6 && normal.samples()[0] > normal.samples()[2]);
+        assert_eq!(value(Averaging::Mean, [0.0, 1.0, 1.0, 1.0]), 0.75);
+        assert_eq!(value(Averaging::Largest, [1.0, 900.0, 2.0, 3.0]), 900.0);
+        assert_eq!(value(Averaging::Commonest, [7.0, 3.0, 3.0, 8.0]), 3.0);
+        assert_eq!(value(Averaging::Commonest, [7.0, 3.0, 3.0, 7.0]), 7.0);
+        let near = |degrees: [f32; 4], expected: f32| {
+            let found = value(Averaging::Direction, degrees);
+            assert!((found - expected).abs() < 1e-3, "{degrees:?}: {found}");
+        };
+        near([30.0, 40.0, 30.0, 40.0], 35.0);
+        near([350.0, 10.0, 355.0, 5.0], 0.0);
+        near([100.0, 260.0, 170.0, 190.0], 180.0);
+        near([90.0, -1.0, 90.0, 90.0], 90.0);
+        near([90.0, -1.0, -1.0, -1.0], -1.0);
+        near([90.0, 270.0, 0.0, 180.0], -1.0);
+        let vectors = |planes: Vec<f32>| {
+            let field = Field::with_planes(finer(one, 2), planes.len() / 4, planes);
+            Averager::new(Averaging::UnitVector, one, 2).rows(&field).expect("memory").expect("a row").into_samples()
+        };
+        let normal = vectors(vec![0.6, 0.6, 0.6, 0.6, 0.0, 0.0, 0.0, 0.0, 0.8, 0.8, 0.2, 0.2]);
+        assert!((normal.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-6 && normal[0] > normal[2]);
+        assert_eq!(vectors(vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), [1.0, 0.0], "water in one of four");
+        assert_eq!(vectors(vec![0.0; 8]), [0.0, 0.0], "no water");
     }
 }

@@ -4,7 +4,7 @@ use orograph_graph::{Origin, Unit, bytes};
 use orograph_nodes::numerics::memory::return_rasters;
 
 use crate::{
-    build::{Builder, Built, Timing, request::Request},
+    build::{Builder, Built, Timing, request::Request, supersample::finer},
     cli::{
         build_args::BuildArgs,
         cube::{self, CubeArgs},
@@ -24,7 +24,7 @@ use crate::{
 /// Bytes of results that a sweep keeps in memory, so that only nodes that a value changes are computed again.
 pub(super) const REMEMBERED: usize = 2 << 30;
 
-/// Rasters of the window's size that a cube keeps in memory.
+/// Rasters of the size of what is computed that a cube keeps in memory.
 const KEPT_RASTERS: usize = 16;
 
 /// Builds every output of a graph file
@@ -112,7 +112,9 @@ impl Args {
     fn run_cube(&self, request: &Request, progress: &dyn Progress) -> Result<(), Failure> {
         return_rasters();
         // so many rasters of a terrain are kept for the next ones, however many there are
-        let memory = KEPT_RASTERS.saturating_mul(size_of::<f32>() * request.window().len()).min(REMEMBERED);
+        let memory = KEPT_RASTERS
+            .saturating_mul(size_of::<f32>() * finer(request.window(), request.supersample()).len())
+            .min(REMEMBERED);
         let begin = || {
             sweep::check_of_cube(request, &self.sweep, &self.args.out)?;
             Ok((Builder::new(&self.args.means, memory)?, stop::on_interrupt()?))

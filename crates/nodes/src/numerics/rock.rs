@@ -78,10 +78,16 @@ impl Bodies {
 
     fn waves(&self, job: &Job<'_>, which: usize, stretch: f64) -> Result<Vec<f32>, NodeError> {
         let seed = mix(job.seed() ^ mix(0x5EED_0001 + which as u32));
-        let grain = f64::from(mix(job.seed())) * (std::f64::consts::PI / 4_294_967_296.0);
+        let grain = grain(job.seed());
         let waves = Waves { longest_m: self.longest_m, spectral_slope: SPECTRAL_SLOPES[which], stretch, grain, seed };
         waves.field(job, &job.window(), self.shortest_m)
     }
+}
+
+/// The direction of the strike of the rock for a seed, in radians.
+#[must_use]
+pub(crate) fn grain(seed: u32) -> f64 {
+    f64::from(mix(seed)) * (std::f64::consts::PI / 4_294_967_296.0)
 }
 
 /// The longest wavelength of knolls, in lengths of hillslopes.

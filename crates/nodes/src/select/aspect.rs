@@ -43,6 +43,7 @@ pub static NODE: Node = Node {
     sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
+    averaging: &[("aspect", Averaging::Direction)],
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,

@@ -40,10 +40,10 @@ pub struct Changes {
     /// the whole world, such as rivers, are computed for all of it.
     #[arg(long, value_name = "X,Y,W x H")]
     pub window: Option<Part>,
-    /// Compute on finer cells, N along each side of a cell, and write their means: finer detail, no jagged crests
+    /// Compute each cell from N x N finer ones: finer detail, and crests that are not jagged
     ///
-    /// 2 takes four times the time and memory, 4 sixteen times. Drainage areas and discharges are the largest in each
-    /// cell, and numbers of layers or basins the value at its centre; lines and reports are those of the finer cells.
+    /// Heights, masks and colours are means, areas and discharges the largest values, numbers of layers or basins the
+    /// commonest; lines and reports are those of the finer cells. 2 takes four times the time and memory.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST)))]
     pub supersample: Option<u32>,
     /// The world's seed

@@ -13,7 +13,7 @@ use super::Params;
 use crate::numerics::{
     math, par,
     ribs::ribs,
-    rock::Knolls,
+    rock::{Knolls, grain},
     waves::{Sampler, Waves},
 };
 
@@ -54,7 +54,8 @@ impl Ground {
         let longest_m = VARIATION_WAVES[0] * params.headwater_area.sqrt();
         let varies = has_feet && params.roughness_variation > 0.0;
         let seed = mix(job.seed() ^ mix(0x5EED_0005));
-        let waves = Waves { longest_m, spectral_slope: VARIATION_SLOPE, stretch: VARIATION_STRETCH, grain: 1.0, seed };
+        let (spectral_slope, grain) = (VARIATION_SLOPE, grain(job.seed()));
+        let waves = Waves { longest_m, spectral_slope, stretch: VARIATION_STRETCH, grain, seed };
         let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m);
         let variation = varies.then(|| (params.roughness_variation, sampler()));
         let mut ground = Self { heights, knolls, variation, has_feet, ribs: params.ribs };
@@ -66,9 +67,10 @@ impl Ground {
     fn vary(&mut self, job: &Job<'_>) {
         let Some((deviation, waves)) = &self.variation else { return };
         let (window, nx) = (job.window(), job.window().nx());
+        let mean = rms_factor(*deviation);
         par::change_at(&mut self.heights, |cell, height| {
             let waves = waves.at(window.centre_m(cell % nx, cell / nx)).clamp(-MOST_DEVIATIONS[0], MOST_DEVIATIONS[1]);
-            *height *= math::exp(deviation * waves) as f32;
+            *height *= (math::exp(deviation * waves) / mean) as f32;
         });
     }
 
@@ -112,5 +114,29 @@ impl Ground {
             (Some(here), Some(below)) => (1.0 + f64::from(here - below) / length_m).clamp(FACTORS[0], FACTORS[1]),
             _ => 1.0,
         }
+    }
+}
+
+/// The root mean square of the factor of the roughness, for normally distributed waves: the sum over quantiles.
+fn rms_factor(deviation: f64) -> f64 {
+    const STEPS: i32 = 400;
+    let weight = |wave: f64| math::exp(-0.5 * wave * wave);
+    let waves = || (-STEPS..=STEPS).map(|step| 4.0 * f64::from(step) / f64::from(STEPS));
+    let square = |wave: f64| math::exp(2.0 * deviation * wave.clamp(-MOST_DEVIATIONS[0], MOST_DEVIATIONS[1]));
+    let sum: f64 = waves().map(|wave| weight(wave) * square(wave)).sum();
+    (sum / waves().map(weight).sum::<f64>()).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ∫ exp(2 σ min(w, 1)) over a normal distribution is exp(2 σ²) Φ(1 − 2 σ) + exp(2 σ) Φ(−1).
+    #[test]
+    fn rough_ground_keeps_its_root_mean_square() {
+        assert_eq!(rms_factor(0.0), 1.0);
+        let expected = (math::exp(0.5) * 0.5 + math::exp(1.0) * 0.158_655_3_f64).sqrt();
+        // the cut at −2 standard deviations adds a thousandth
+        assert!((rms_factor(0.5) - expected).abs() < 2e-3, "{} {expected}", rms_factor(0.5));
     }
 }

@@ -67,7 +67,7 @@ pub struct Land<'a> {
     hillslope: Hillslope<'a>,
     /// The drainage area at which a river carries off what creeps into it; infinite without such rivers.
     river_m2: f64,
-    /// Width of the floor of a valley that drains 1 km², in metres.
+    /// How wide the floors of valleys are.
     floors: Floors,
     /// Cells of the rim of `inland` sides through which rivers leave.
     gates: Vec<u32>,

@@ -100,6 +100,8 @@ params! {
     /// Width of the floor of a valley that drains 1 km², where its river is no steeper than 10 %; 0 for no floors.
     valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
     /// How much the floor of a valley widens and narrows along it: the standard deviation of the natural logarithm.
+    ///
+    /// Needs a `valley_width` and a `headwater_area` above 0.
     valley_variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
     /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
     ///
@@ -107,7 +109,7 @@ params! {
     roughness: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
     /// How much `roughness` varies from place to place: the standard deviation of its natural logarithm.
     ///
-    /// Smooth slopes beside rough ones, in waves of some 12 √A₀.
+    /// Smooth slopes beside rough ones, in waves of some 12 √A₀. Needs a `roughness` above 0.
     roughness_variation: f64 = 0.0, One, 0.0..=2.0, soft 0..=1;
     /// How far knolls and hollows are drawn out into ribs and chutes down a slope, to either side in wavelengths.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;

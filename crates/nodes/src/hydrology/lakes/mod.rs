@@ -72,6 +72,7 @@ pub static NODE: Node = Node {
     ],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
+    averaging: &[("flow", Averaging::UnitVector)],
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,

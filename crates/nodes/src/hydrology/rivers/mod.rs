@@ -80,6 +80,7 @@ pub static NODE: Node = Node {
     ],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
+    averaging: &[("order", Averaging::Largest), ("width", Averaging::Largest), ("depth", Averaging::Largest)],
     params: Params::specs,
     reach: Reach::World,
     scratch: Scratch::PerCell(2.0),

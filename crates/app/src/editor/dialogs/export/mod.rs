@@ -65,7 +65,7 @@ pub(crate) struct Export {
 /// A factor of supersampling in the list.
 const fn supersampling(factor: u32) -> &'static str {
     match factor {
-        1 => "none",
+        1 => "1 sample",
         2 => "2 x 2",
         _ => "4 x 4",
     }
@@ -120,6 +120,7 @@ impl Export {
         if is_other {
             self.left_out.clear();
             self.cells.clear();
+            self.supersample = 1;
             self.refused = None;
         }
         if is_other || self.folder == self.proposed {
@@ -296,16 +297,14 @@ impl Export {
             ui.add(edit).named("Cells").on_hover_text(
                 "Cells along the longer side, or both sides as 2048x1024; leave empty to use the file's",
             );
-        });
-        row(ui, "Supersampling", |ui| {
             let shown = supersampling(self.supersample);
-            let list = ComboBox::from_id_salt("supersampling").selected_text(shown).width(160.0).show_ui(ui, |ui| {
+            let list = ComboBox::from_id_salt("supersampling").selected_text(shown).width(90.0).show_ui(ui, |ui| {
                 for factor in [1, 2, 4] {
                     ui.selectable_value(&mut self.supersample, factor, supersampling(factor));
                 }
             });
             list.response.named("Supersampling").on_hover_text(
-                "Computes finer cells and writes their means: finer detail, no jagged crests. 2 x 2 takes four times the \
+                "Computes each cell from finer ones: finer detail, and crests that are not jagged. 2 x 2 takes four times the \
                  time and memory",
             );
         });

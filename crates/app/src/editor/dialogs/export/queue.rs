@@ -74,7 +74,11 @@ impl Queue {
         let outputs: Vec<&str> = request.outputs.iter().map(|output| output.name.as_str()).collect();
         let [nx, ny] = request.world.cells;
         let place = folder.file_name().unwrap_or_default().to_string_lossy();
-        let title = format!("{name} to {place}: {}, {nx} x {ny} cells", outputs.join(", "));
+        let samples = match request.supersample() {
+            1 => String::new(),
+            factor => format!(" of {factor} x {factor} samples"),
+        };
+        let title = format!("{name} to {place}: {}, {nx} x {ny} cells{samples}", outputs.join(", "));
         let shares = shares(session, &request);
         let stage = Stage::Waiting(Box::new(Order { request, options, shares }));
         self.builds.push(Build { id: self.added, title, folder, files, stage });

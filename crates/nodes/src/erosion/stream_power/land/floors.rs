@@ -70,7 +70,7 @@ impl Floors {
         Self { width_m, variation: varies.then(|| (deviation, waves.sampler(VARIATION_WAVES[1] * longest_m))) }
     }
 
-    /// The factor of the width at a position in metres. Its mean is one.
+    /// The factor of the width at a position in metres. Its mean is close to one.
     fn factor(&self, place_m: [f64; 2]) -> f64 {
         let of = |(deviation, waves): &(f64, Sampler)| {
             let most = f64::from(MOST_DEVIATIONS);
@@ -144,7 +144,7 @@ impl Land<'_> {
     /// Rivers with a floor or a foot among some cells.
     fn reaches(&self, cells: std::ops::Range<usize>, window: &Window) -> Vec<Reach> {
         let width_m = self.floors.width_m;
-        // below it a floor is narrower than a cell, if rock is not much softer than the mean
+        // below it a floor is narrower than a cell, unless it is 1.6 times as wide as others of its area
         let floor_m2 = 0.3 * REFERENCE_M2 * math::pow(self.cell_m / width_m, 1.0 / POWER);
         let headwater_m2 = self.feet_m2();
         let least_m2 = if headwater_m2 > 0.0 { floor_m2.min(LEAST_FOOT_AREAS * headwater_m2) } else { floor_m2 };
@@ -174,7 +174,7 @@ impl Land<'_> {
 mod tests {
     use super::*;
 
-    /// Along many valleys the width keeps its mean and has the deviation of the parameter, whatever the cells are.
+    /// Along many valleys the width keeps its mean and has the deviation of the parameter.
     #[test]
     fn floors_widen_and_narrow_about_their_width() {
         let floors = Floors::varied(25.0, 0.5, 700.0, 3);
