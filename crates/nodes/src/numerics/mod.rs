@@ -39,5 +39,6 @@ pub mod spline;
 pub(crate) mod strokes;
 pub mod sunlight;
 pub mod tints;
+pub(crate) mod variation;
 pub mod voids;
 pub(crate) mod waves;

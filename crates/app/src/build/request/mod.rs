@@ -44,7 +44,7 @@ pub struct Changes {
     ///
     /// Heights, masks and colours are means, areas and discharges the largest values, numbers of layers or basins the
     /// commonest; lines and reports are those of the finer cells. 2 takes four times the time and memory.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST)))]
+    #[arg(long, value_name = "N")]
     pub supersample: Option<u32>,
     /// The world's seed
     #[arg(long, value_name = "N")]
@@ -210,7 +210,7 @@ impl Request {
         };
         let supersample = changes.supersample.unwrap_or(1);
         if !(1..=MOST).contains(&supersample) {
-            return Err(Failure::wrong(format!("supersampling by {supersample} is not from 1 to {MOST}")));
+            return Err(Failure::wrong(format!("`--supersample {supersample}`: it is not from 1 to {MOST}")));
         }
         finer(window, supersample).world.check().map_err(|error| {
             Failure::wrong(format!("`--supersample {supersample}`: {error}"))

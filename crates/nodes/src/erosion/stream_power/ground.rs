@@ -14,7 +14,8 @@ use crate::numerics::{
     math, par,
     ribs::ribs,
     rock::{Knolls, grain},
-    waves::{Sampler, Waves},
+    variation::Variation,
+    waves::Waves,
 };
 
 /// The least and the largest factor of a slope.
@@ -36,8 +37,8 @@ pub struct Ground {
     /// Whether slopes have a foot beside rivers.
     has_feet: bool,
     knolls: Knolls,
-    /// The standard deviation of the logarithm of a factor of the roughness, and that logarithm in standard deviations.
-    variation: Option<(f64, Sampler)>,
+    /// A factor of the roughness.
+    variation: Option<Variation>,
     /// How far knolls are drawn out down a slope, to either side in wavelengths.
     ribs: f64,
 }
@@ -57,7 +58,8 @@ impl Ground {
         let (spectral_slope, grain) = (VARIATION_SLOPE, grain(job.seed()));
         let waves = Waves { longest_m, spectral_slope, stretch: VARIATION_STRETCH, grain, seed };
         let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m);
-        let variation = varies.then(|| (params.roughness_variation, sampler()));
+        let deviation = params.roughness_variation;
+        let variation = varies.then(|| Variation { deviation, waves: sampler(), most: MOST_DEVIATIONS });
         let mut ground = Self { heights, knolls, variation, has_feet, ribs: params.ribs };
         ground.vary(job);
         Ok(ground)
@@ -65,12 +67,11 @@ impl Ground {
 
     /// Makes the ground rougher here and smoother there.
     fn vary(&mut self, job: &Job<'_>) {
-        let Some((deviation, waves)) = &self.variation else { return };
+        let Some(variation) = &self.variation else { return };
         let (window, nx) = (job.window(), job.window().nx());
-        let mean = rms_factor(*deviation);
+        let mean = variation.root_mean_square();
         par::change_at(&mut self.heights, |cell, height| {
-            let waves = waves.at(window.centre_m(cell % nx, cell / nx)).clamp(-MOST_DEVIATIONS[0], MOST_DEVIATIONS[1]);
-            *height *= (math::exp(deviation * waves) / mean) as f32;
+            *height *= (math::exp(variation.log(window.centre_m(cell % nx, cell / nx))) / mean) as f32;
         });
     }
 
@@ -114,29 +115,5 @@ impl Ground {
             (Some(here), Some(below)) => (1.0 + f64::from(here - below) / length_m).clamp(FACTORS[0], FACTORS[1]),
             _ => 1.0,
         }
-    }
-}
-
-/// The root mean square of the factor of the roughness, for normally distributed waves: the sum over quantiles.
-fn rms_factor(deviation: f64) -> f64 {
-    const STEPS: i32 = 400;
-    let weight = |wave: f64| math::exp(-0.5 * wave * wave);
-    let waves = || (-STEPS..=STEPS).map(|step| 4.0 * f64::from(step) / f64::from(STEPS));
-    let square = |wave: f64| math::exp(2.0 * deviation * wave.clamp(-MOST_DEVIATIONS[0], MOST_DEVIATIONS[1]));
-    let sum: f64 = waves().map(|wave| weight(wave) * square(wave)).sum();
-    (sum / waves().map(weight).sum::<f64>()).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// ∫ exp(2 σ min(w, 1)) over a normal distribution is exp(2 σ²) Φ(1 − 2 σ) + exp(2 σ) Φ(−1).
-    #[test]
-    fn rough_ground_keeps_its_root_mean_square() {
-        assert_eq!(rms_factor(0.0), 1.0);
-        let expected = (math::exp(0.5) * 0.5 + math::exp(1.0) * 0.158_655_3_f64).sqrt();
-        // the cut at −2 standard deviations adds a thousandth
-        assert!((rms_factor(0.5) - expected).abs() < 2e-3, "{} {expected}", rms_factor(0.5));
     }
 }

@@ -1,10 +1,10 @@
 //! Floors of valleys: a river cuts over the whole width of its valley, not along a line.
 //!
 //! A river that drains the area A wanders over a floor of the width w = w₁ (A / 1 km²)^0.4 min(1, 0.1 / S) √s, narrower
-//! where it is steep, and wider where rock is softer than the mean by the factor s. It also varies along the valley, by
-//! the factor of [`Floors`]. Its area counts for all cells of a
-//! disc of that width, less towards the rim; where discs overlap the largest counts, so that the order does not matter.
-//! Only the law of incision sees it: what drains where stays as it is.
+//! where it is steep, and wider where rock is softer than the mean by the factor s. Along the valley it also varies, by
+//! the factor of [`Floors`]. The river's area counts for all cells of a disc of that width, less towards the rim; where
+//! discs overlap the largest counts, so that the order does not matter. Only the law of incision sees it: what drains
+//! where stays as it is.
 //!
 //! The foot of the slope beside a floor, or beside a river narrower than a cell, is worn in the same way, by a part of
 //! the area. Without it valleys are sharp: in real elevation models with cells of 30 to 90 m the ground one cell beside
@@ -16,12 +16,7 @@ use orograph_graph::{Job, NodeError, Window, mix};
 use super::Land;
 use crate::{
     erosion::stream_power::{Params, area::REFERENCE_M2},
-    numerics::{
-        math, par,
-        rock::MOST_DEVIATIONS,
-        routing::code,
-        waves::{Sampler, Waves},
-    },
+    numerics::{math, par, rock::MOST_DEVIATIONS, routing::code, variation::Variation, waves::Waves},
 };
 
 /// The power of the drainage area that the width goes with.
@@ -50,8 +45,8 @@ const VARIATION_SLOPE: f64 = 3.5;
 pub struct Floors {
     /// The width in metres of a valley that drains 1 km².
     width_m: f64,
-    /// The standard deviation of the logarithm of a factor of the width, and that logarithm in standard deviations.
-    variation: Option<(f64, Sampler)>,
+    /// A factor of the width.
+    variation: Option<Variation>,
 }
 
 impl Floors {
@@ -67,15 +62,14 @@ impl Floors {
         let longest_m = VARIATION_WAVES[0] * hillslope_m;
         let varies = width_m > 0.0 && deviation > 0.0 && longest_m > 0.0;
         let waves = Waves { longest_m, spectral_slope: VARIATION_SLOPE, stretch: 1.0, grain: 0.6, seed };
-        Self { width_m, variation: varies.then(|| (deviation, waves.sampler(VARIATION_WAVES[1] * longest_m))) }
+        let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m);
+        let most = [f64::from(MOST_DEVIATIONS); 2];
+        Self { width_m, variation: varies.then(|| Variation { deviation, waves: sampler(), most }) }
     }
 
     /// The factor of the width at a position in metres. Its mean is close to one.
     fn factor(&self, place_m: [f64; 2]) -> f64 {
-        let of = |(deviation, waves): &(f64, Sampler)| {
-            let most = f64::from(MOST_DEVIATIONS);
-            math::exp(deviation * waves.at(place_m).clamp(-most, most) - 0.5 * deviation * deviation)
-        };
+        let of = |varied: &Variation| math::exp(varied.log(place_m) - 0.5 * varied.deviation * varied.deviation);
         self.variation.as_ref().map_or(1.0, of)
     }
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use orograph_graph::{
-    Coarser, InputValue, LevelJob, State, Value, Wanted, Warnings, Window, World, memory::OutOfMemory,
+    Coarser, InputValue, LevelJob, OutputType, State, Value, Wanted, Warnings, Window, World, memory::OutOfMemory,
 };
 
 use super::{Ladder, resample, run};
@@ -36,16 +36,22 @@ pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, No
             outputs
         }
     };
-    averaged(outputs, job.window())
+    averaged(outputs, job)
 }
 
 /// Outputs on larger cells: their means, and of rivers the largest in each cell.
-fn averaged(outputs: Outputs, asked: Window) -> Result<Outputs, NodeError> {
+fn averaged(outputs: Outputs, job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let asked = job.window();
+    let node = job.node;
+    let is_largest = |name: &str| {
+        let at = node.output_index(name);
+        at.is_some_and(
+            |at| matches!(node.outputs[at].ty, OutputType::Fixed(ty) if node.averaging(at, ty) == Averaging::Largest),
+        )
+    };
     outputs.into_iter_named().try_fold(Outputs::default(), |given, (name, value)| {
         Ok(match value {
-            Value::Field(field) if matches!(name, "area" | "sediment_flux") => {
-                given.with(name, resample::largest(&field, asked)?)
-            }
+            Value::Field(field) if is_largest(name) => given.with(name, resample::largest(&field, asked)?),
             Value::Field(field) => given.with(name, resample::resampled(&field, asked, false)?),
             Value::Strata(strata) => given.with(name, strata.on(resample::resampled(strata.offset(), asked, false)?)),
             other => given.with(name, other),
