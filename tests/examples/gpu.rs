@@ -6,8 +6,8 @@
 //! The device is the first of `orograph devices`; `WGPU_ADAPTER_NAME` chooses another. Times of kernels are those of the
 //! device's own clock, if it has one: from the first to the last command of each submit. Those of runs also have the
 //! host's part, with inputs on the device. The bandwidth is that of `Combine`, the sum of two rasters, which does nothing
-//! else. A raster has 64 MiB; on a software driver those on the device come besides. The last line counts the steps of
-//! `HydraulicPipe` in a second, at 1024 x 1024 cells.
+//! else. A raster has 64 MiB; on a software driver those on the device come besides. The last lines count the steps of
+//! `HydraulicPipe` in a second, and time ten steps of erosion of `Glacial`, both at 1024 x 1024 cells.
 
 use std::{
     sync::Arc,
@@ -16,7 +16,7 @@ use std::{
 
 use orograph_graph::{
     Backend, Field, InputValue, Job, Node, NodeError, ParamValue, Value, Wanted, Window, World,
-    gpu::{Count, Work, record},
+    gpu::{Count, Ports, Work, record},
 };
 use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
 use orograph_tests::{Case, STEPPED, example, gpu::nodes};
@@ -48,7 +48,8 @@ fn main() -> Result<(), Failure> {
         "{:<14} {:>11} {:>9} {:>12} {:>9} {:>9} {:>10} {:>9}",
         "node", "kernel (ms)", "run (ms)", "bytes/cell", "/ least", "/ moved", "CPU (ms)", "CPU/run"
     );
-    for node in nodes().into_iter().filter(chosen) {
+    let on_device = |node: &&'static Node| node.gpu.is_some_and(|kernel| kernel.ports == Ports::Device);
+    for node in nodes().into_iter().filter(chosen).filter(on_device) {
         let Measured { kernel, run, work } = measured(&gpu, node, window)?;
         let floor = |bytes: u64| bytes as f64 * window.len() as f64 / bandwidth;
         let case = brief(node, window);
@@ -71,6 +72,10 @@ fn main() -> Result<(), Failure> {
         let plain = Arc::new(Gpu::new(adapter, &GpuOptions { workgroup, ..GpuOptions::default() })?);
         let per_second = steps_per_second(&plain, pipe, square(1024.min(cells)))?;
         println!("\nHydraulicPipe at {} cells: {per_second:.0} steps per second", 1024.min(cells));
+    }
+    let glacial = find("Glacial")?;
+    if chosen(&glacial) {
+        time_glaciers(&gpu, glacial, 1024.min(cells))?;
     }
     Ok(())
 }
@@ -129,6 +134,53 @@ fn steps_per_second(gpu: &Arc<Gpu>, node: &'static Node, window: Window) -> Resu
     let start = Instant::now();
     let after = steps(CALLS)?;
     Ok((after - before) / start.elapsed().as_secs_f64())
+}
+
+/// Times glaciers on steep mountains with cells of 75 m, which cover two thirds of the ground.
+fn time_glaciers(gpu: &Gpu, node: &'static Node, cells: u32) -> Result<(), Failure> {
+    let window =
+        Window::whole(World { size: [75.0 * f64::from(cells); 2], cells: [cells; 2], seed: 7, ..World::default() });
+    let mut case = example(node);
+    let instance = case.graph.instance_mut(case.node);
+    for (name, value) in [("warming", 0.0), ("duration", 2e4), ("ice_cell", 75.0)] {
+        instance.params.set(name, ParamValue::Float(value));
+    }
+    instance.params.set("steps", ParamValue::Int(10));
+    let mut job = job(&case, window);
+    let fold = |v: usize, length: usize| (v % (2 * length)).abs_diff(length) as f32 / length as f32;
+    let height = |at: usize| {
+        let (x, y) = (at % window.nx(), at / window.nx());
+        300.0 + 700.0 * fold(x + y / 3, 61) + 500.0 * fold(y + x / 4, 43) + 200.0 * fold(2 * x + 3 * y, 37)
+    };
+    for (value, input) in job.inputs.iter_mut().zip(node.inputs) {
+        if input.name == "height" {
+            let land = Field::with_planes(window, 1, (0..window.len()).map(height).collect());
+            *value = InputValue::Value(Value::Field(land));
+        }
+    }
+    let steps = |outputs: Option<orograph_graph::Outputs>| {
+        let report = outputs.and_then(|mut outputs| outputs.take("report"))?;
+        report.as_report()?.get("ice_steps")
+    };
+    let mut found = None;
+    let cpu = repeated(Duration::ZERO, || (node.cpu)(&job).map(|outputs| found = steps(Some(outputs))))?;
+    println!(
+        "\nGlacial at {cells} cells, CPU: {:.2} s for {:.0} steps of ice",
+        cpu.as_secs_f64(),
+        found.unwrap_or_default()
+    );
+    let before = gpu.busy().unwrap_or_default();
+    let mut runs = 0;
+    let device =
+        repeated(Duration::ZERO, || gpu.run(node, &job).map(|outputs| (found, runs) = (steps(outputs), runs + 1)))?;
+    let busy = gpu.busy().unwrap_or_default().saturating_sub(before) / runs;
+    println!(
+        "Glacial at {cells} cells, device: {:.2} s for {:.0} steps of ice, of which the device works {:.2} s",
+        device.as_secs_f64(),
+        found.unwrap_or_default(),
+        busy.as_secs_f64()
+    );
+    Ok(())
 }
 
 /// The example of a node; of one whose steps are as short as its cells, a few steps.

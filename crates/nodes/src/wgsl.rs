@@ -34,6 +34,8 @@ pub(crate) const REPOSE: &str = wgsl!("lib/repose");
 pub(crate) const CREEP_FACES: &str = wgsl!("lib/creep_faces");
 /// Solutions for lines of cells in parts; it needs [`CREEP_FACES`].
 pub(crate) const CREEP_PARTS: &str = wgsl!("lib/creep_parts");
+/// The ice grid and its sides.
+pub(crate) const ICE: &str = wgsl!("lib/ice");
 /// Horizons in one direction; it needs [`LINES`].
 pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
 /// The hidden part of the sky, by horizons.

@@ -2,6 +2,7 @@
 
 mod creep;
 mod drainage;
+mod ice;
 mod live;
 mod parity;
 mod running;

@@ -2,6 +2,7 @@
 
 use orograph_graph::{
     Boundary, Edge, Fallback, Field, InputValue, Outputs, ParamValue, Reach, Value, Wanted, Window, World,
+    gpu::{Passes, Ports},
 };
 use orograph_nodes::gpu::GpuOptions;
 use orograph_tests::{
@@ -16,6 +17,8 @@ use crate::chains::Draw;
 const RANDOM: u32 = 4;
 /// Longest simulated time of nodes whose steps are as short as their cells, in seconds per metre of a cell.
 const BRIEF: f64 = 2.0;
+/// Longest time for which ice flows, in years.
+const BRIEF_YEARS: f64 = 20.0;
 
 /// A world with an odd number of cells along both sides.
 fn odd() -> World {
@@ -63,14 +66,28 @@ fn all_cases(node: &'static orograph_graph::Node) -> Vec<Case> {
     all
 }
 
-/// The case, with a few steps of a node whose steps are as short as its cells.
+/// The case, with a few steps of a node whose steps are as short as its cells, and one step of a node that has a number
+/// of them: in the next ones the terrain hangs on the last bit of this one.
 fn brief(mut case: Case, window: Window) -> Case {
+    if case.kind().gpu.is_some_and(|kernel| kernel.ports == Ports::Host) {
+        let params = &mut case.graph.instance_mut(case.node).params;
+        let steps = params.read::<i64>("steps").max(1);
+        params.set("duration", ParamValue::Float(params.read::<f64>("duration") / steps as f64));
+        params.set("steps", ParamValue::Int(1));
+        let years = params.read::<f64>("relaxation").min(BRIEF_YEARS);
+        params.set("relaxation", ParamValue::Float(years));
+    }
     if STEPPED.contains(&case.kind().id) {
         let params = &mut case.graph.instance_mut(case.node).params;
         let duration = params.read::<f64>("duration").min(BRIEF * window.cell_m());
         params.set("duration", ParamValue::Float(duration));
     }
     case
+}
+
+/// Whether a kernel makes steps, each of which starts from what the one before has rounded.
+fn is_stepped(node: &orograph_graph::Node) -> bool {
+    node.gpu.is_some_and(|kernel| matches!(kernel.passes, Passes::Stepped(_)))
 }
 
 /// How far the CPU's output moves when half of the samples of its inputs are one bit larger: a storm with random
@@ -110,7 +127,7 @@ fn check(options: &GpuOptions, test: &str) {
                     if distance.most <= allowed {
                         continue;
                     }
-                    if STEPPED.contains(&node.id) && distance.most <= 2.0 * by_last_bit(&case, &given, window, output) {
+                    if is_stepped(node) && distance.most <= 2.0 * by_last_bit(&case, &given, window, output) {
                         nudged += 1;
                     } else {
                         let (id, output, name, cells) = (node.id, output.name, &case.name, window.cells);

@@ -25,6 +25,8 @@ pub struct GpuKernel {
     pub shaders: &'static [&'static Shader],
     /// What it runs.
     pub passes: Passes,
+    /// Where its inputs and outputs are.
+    pub ports: Ports,
     /// Returns true if it can run with these parameters; the CPU runs the others.
     pub covers: fn(&ParamValues) -> bool,
     /// How far its outputs may be from those of the CPU, in the order of the declaration.
@@ -33,8 +35,22 @@ pub struct GpuKernel {
 
 impl GpuKernel {
     /// Empty fields for `..GpuKernel::DEFAULT`: all parameters.
-    pub const DEFAULT: Self =
-        Self { shaders: &[], passes: Passes::Recorded(|_, _| Ok(())), covers: |_| true, tolerance: &[] };
+    pub const DEFAULT: Self = Self {
+        shaders: &[],
+        passes: Passes::Recorded(|_, _| Ok(())),
+        ports: Ports::Device,
+        covers: |_| true,
+        tolerance: &[],
+    };
+}
+
+/// Where the inputs and outputs of a kernel are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ports {
+    /// On the device: rasters are brought there, and its shaders write the outputs.
+    Device,
+    /// On the host: it reads the inputs there, and [gives](Recorder::give) all outputs.
+    Host,
 }
 
 /// What a kernel runs.

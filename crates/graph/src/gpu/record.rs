@@ -48,7 +48,7 @@ pub trait Recorder {
     /// As [`Self::pass`].
     fn read(&mut self, scratch: ScratchId, words: usize) -> Result<Vec<u32>, NodeError>;
 
-    /// Gives a wanted output that is no raster, such as a report.
+    /// Gives a wanted output that no shader writes, such as a report.
     fn give(&mut self, output: &'static str, value: Value);
 }
 

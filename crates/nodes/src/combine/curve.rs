@@ -115,6 +115,7 @@ static GPU: GpuKernel = GpuKernel {
         curve.is_ok_and(|curve| !matches!(curve, Curve::Identity { .. }))
     },
     tolerance: &[Tolerance::relative(1e-5)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

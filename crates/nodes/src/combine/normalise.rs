@@ -76,6 +76,7 @@ static GPU: GpuKernel = GpuKernel {
     // percentiles and deviations need sums in double precision
     covers: |params| Params::read(params).measure == Measure::Range,
     tolerance: &[Tolerance::relative(1e-6)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

@@ -144,6 +144,7 @@ static GPU: GpuKernel = GpuKernel {
         apart && (params.spacing == Spacing::Linear || (params.to.iter().all(|v| *v > 1e-30)))
     },
     tolerance: &[Tolerance::relative(2e-5)],
+    ..GpuKernel::DEFAULT
 };
 
 impl Params {

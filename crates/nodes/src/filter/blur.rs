@@ -60,6 +60,7 @@ static GPU: GpuKernel = GpuKernel {
     // without a radius the CPU passes the input on
     covers: |params| Params::read(params).radius > 0.0,
     tolerance: &[Tolerance::relative(2e-6)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

@@ -58,6 +58,7 @@ static GPU: GpuKernel = GpuKernel {
         params.amount != 0.0 && params.radius > 0.0
     },
     tolerance: &[Tolerance::relative(2e-6)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

@@ -133,6 +133,7 @@ static GPU: GpuKernel = GpuKernel {
     covers: |params| (f64::MIN_POSITIVE..=FAR_M).contains(&Params::read(params).displacement),
     // the rounding of a displacement of thousands of cells moves the place on a steep slope
     tolerance: &[Tolerance::relative(1e-5)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

@@ -46,6 +46,7 @@ static GPU: GpuKernel = GpuKernel {
         quantity::check(params.quantity, &[params.value]).is_ok()
     },
     tolerance: &[Tolerance::EXACT],
+    ..GpuKernel::DEFAULT
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

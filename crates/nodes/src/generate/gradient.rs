@@ -95,6 +95,7 @@ static GPU: GpuKernel = GpuKernel {
     },
     // a repeated ramp and the seam of a turn jump
     tolerance: &[Tolerance::relative(5e-5).except(0.01)],
+    ..GpuKernel::DEFAULT
 };
 
 /// The centre of the first cell from that of the ramp, the direction, and the values.

@@ -103,6 +103,7 @@ static GPU: GpuKernel = GpuKernel {
         !(params.kind == Kind::Simplex && params.tileable)
     },
     tolerance: &[Tolerance::relative(4e-6)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

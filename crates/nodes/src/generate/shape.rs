@@ -98,6 +98,7 @@ static GPU: GpuKernel = GpuKernel {
         near && (params.figure != Figure::Ellipse || params.size[0] == params.size[1])
     },
     tolerance: &[Tolerance::absolute(2e-3), Tolerance::relative(2e-6)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

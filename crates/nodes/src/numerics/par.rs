@@ -201,7 +201,7 @@ pub fn sort(samples: &mut [f32]) {
 }
 
 /// Sorts keys.
-pub fn sort_keys(keys: &mut [u64]) {
+pub fn sort_keys<K: Ord + Send>(keys: &mut [K]) {
     keys.par_sort_unstable();
 }
 

@@ -82,6 +82,7 @@ static GPU: GpuKernel = GpuKernel {
     },
     // on a logarithmic scale a sharp edge lies between two numbers
     tolerance: &[Tolerance::absolute(1e-4).except(0.005)],
+    ..GpuKernel::DEFAULT
 };
 
 impl Params {

@@ -71,6 +71,7 @@ static GPU: GpuKernel = GpuKernel {
     },
     // degrees; a sharp edge of the mask lies between two numbers
     tolerance: &[Tolerance::absolute(2e-4), Tolerance::absolute(1e-3).except(0.005)],
+    ..GpuKernel::DEFAULT
 };
 
 /// Refuses a range that falls.

@@ -17,8 +17,8 @@ const ICE_TO_WATER: f64 = 0.91;
 /// Temperature in °C above which precipitation is rain.
 const RAIN_C: f64 = 1.0;
 /// Range of tabulated temperatures in °C, and entries per degree.
-const TABLE_C: [f64; 2] = [-60.0, 60.0];
-const PER_DEGREE: f64 = 8.0;
+pub(super) const TABLE_C: [f64; 2] = [-60.0, 60.0];
+pub(super) const PER_DEGREE: f64 = 8.0;
 
 /// A climate input on the ice grid.
 pub(super) enum Layer {

@@ -23,6 +23,9 @@ const THIN_M: f64 = 50.0;
 /// The part of what melts out that is lodged at the bed of thick ice; the rest is carried on the ice to its margin.
 const LODGED: f64 = 0.05;
 
+/// Cells that are looked up before one after the other is walked over.
+const CHUNK: usize = 1 << 14;
+
 /// The part of the debris that a cell drops: ice that melts drops what is in it, ice that flows on takes it along.
 /// Thick ice drops little of it at its bed.
 #[inline]
@@ -54,28 +57,35 @@ pub(super) fn carry(
     let grid = sheet.grid;
     let order = downward(sheet, |cell| volume[cell] > 0.0);
     let mut settled = Settled { volume: zeroed(grid.len())?, left_m3: 0.0, washed_m3: 0.0 };
-    for chunk in order.chunks(1 << 15) {
+    let look_up = |fate: &mut (Way, f64, f64), place: &(u64, u32)| {
+        let cell = place.1 as usize;
+        let way = Way::of(sheet, *place);
+        let drops = dropped(grid.area_m2() * melt(cell).max(0.0), way.flow(), sheet.depth(cell));
+        *fate = (way, drops, room(cell));
+    };
+    let mut fates = vec![Default::default(); CHUNK.min(order.len())];
+    for chunk in order.chunks(CHUNK) {
         job.check()?;
-        for &(rank, cell) in chunk {
+        // neighbours in this order are far apart in memory: all cores look them up, and one adds up what arrives
+        par::change_with(&mut fates, chunk, look_up);
+        for (&(_, cell), (way, drops, room)) in chunk.iter().zip(&fates) {
             let cell = cell as usize;
             let has = volume[cell];
             if has <= 0.0 {
                 continue;
             }
             volume[cell] = 0.0;
-            let (goes, beside) = outflow(sheet, (rank, cell));
-            let flow: f64 = goes.iter().sum();
-            let drops = dropped(grid.area_m2() * melt(cell).max(0.0), flow, sheet.depth(cell));
-            let stays = fitting(has * drops, room(cell));
+            let flow = way.flow();
+            let stays = fitting(has * drops, *room);
             settled.volume[cell] += stays;
             let rest = has - stays;
             if flow <= 0.0 {
                 settled.washed_m3 += rest;
             }
-            for (way, goes) in goes.into_iter().enumerate() {
+            for (goes, to) in way.goes.into_iter().zip(way.beside) {
                 if goes > 0.0 {
-                    match beside[way] {
-                        Some(to) => volume[to] += rest * goes / flow,
+                    match volume.get_mut(to as usize) {
+                        Some(volume) => *volume += rest * goes / flow,
                         None => settled.left_m3 += rest * goes / flow,
                     }
                 }
@@ -92,31 +102,56 @@ pub(super) fn carry(
 }
 
 /// Cells with ice, and others that count, from the highest surface down; equal ones by their number.
-fn downward(sheet: &Sheet, counts: impl Fn(usize) -> bool) -> Vec<(u64, u32)> {
-    let cells = (0..sheet.grid.len()).filter(|&cell| sheet.depth(cell) > 0.0 || counts(cell));
-    let mut order: Vec<(u64, u32)> = cells.map(|cell| (falling(sheet.level(cell)), cell as u32)).collect();
-    order.sort_unstable();
+fn downward(sheet: &Sheet, counts: impl Fn(usize) -> bool + Sync) -> Vec<(u64, u32)> {
+    let grid = sheet.grid;
+    let row = |_, j: usize| -> Vec<(u64, u32)> {
+        let row = |raster| grid.row(raster, 0, j as isize, grid.nx);
+        let cells = row(&sheet.thickness).iter().zip(row(&sheet.surface)).enumerate();
+        let found = cells.filter_map(|(i, (depth, level))| {
+            let cell = j * grid.nx + i;
+            (*depth > 0.0 || counts(cell)).then(|| (falling(*level), cell as u32))
+        });
+        found.collect()
+    };
+    let mut order = par::collect_all(0..grid.ny, row).concat();
+    par::sort_keys(&mut order);
     order
 }
 
-/// What flows from a cell to its four neighbours, in m³/yr, and which they are. Nothing goes back to cells that are
-/// earlier in the order.
-fn outflow(sheet: &Sheet, (rank, cell): (u64, usize)) -> ([f64; 4], [Option<usize>; 4]) {
-    let grid = sheet.grid;
-    let (nx, [dx, dy]) = (grid.nx, grid.cell_m);
-    let (i, j) = (cell % nx, cell / nx);
-    let through = [
-        -sheet.east[j * (nx + 1) + i] * dy,
-        sheet.east[j * (nx + 1) + i + 1] * dy,
-        -sheet.south[j * nx + i] * dx,
-        sheet.south[(j + 1) * nx + i] * dx,
-    ];
-    let beside = grid.beside(i, j);
-    let goes = [0, 1, 2, 3].map(|way| match beside[way] {
-        Some(to) if (falling(sheet.level(to)), to) <= (rank, cell) => 0.0,
-        _ => through[way].max(0.0),
-    });
-    (goes, beside)
+/// Beyond the world.
+const OUTSIDE: u32 = u32::MAX;
+
+/// Where the ice of a cell goes.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    /// What flows to the four neighbours, in m³/yr. Nothing goes back to cells that are earlier in the order.
+    goes: [f64; 4],
+    beside: [u32; 4],
+}
+
+impl Way {
+    fn of(sheet: &Sheet, (rank, cell): (u64, u32)) -> Self {
+        let grid = sheet.grid;
+        let (nx, [dx, dy]) = (grid.nx, grid.cell_m);
+        let (i, j) = (cell as usize % nx, cell as usize / nx);
+        let through = [
+            -sheet.east[j * (nx + 1) + i] * dy,
+            sheet.east[j * (nx + 1) + i + 1] * dy,
+            -sheet.south[j * nx + i] * dx,
+            sheet.south[(j + 1) * nx + i] * dx,
+        ];
+        let beside = grid.beside(i, j);
+        let goes = [0, 1, 2, 3].map(|way| match beside[way] {
+            Some(to) if through[way] > 0.0 && (falling(sheet.level(to)), to) <= (rank, cell as usize) => 0.0,
+            _ => through[way].max(0.0),
+        });
+        Self { goes, beside: beside.map(|to| to.map_or(OUTSIDE, |to| to as u32)) }
+    }
+
+    /// What flows from the cell in all, in m³/yr.
+    fn flow(&self) -> f64 {
+        self.goes.iter().sum()
+    }
 }
 
 /// The area in m² that drains through each cell with the ice, of cells that `gain`.
@@ -126,16 +161,20 @@ fn outflow(sheet: &Sheet, (rank, cell): (u64, usize)) -> ([f64; 4], [Option<usiz
 pub(super) fn drained(sheet: &Sheet, gain: impl Fn(usize) -> bool) -> Result<Vec<f64>, OutOfMemory> {
     let grid = sheet.grid;
     let mut area: Vec<f64> = zeroed(grid.len())?;
-    for (rank, cell) in downward(sheet, |_| false) {
-        let cell = cell as usize;
-        if gain(cell) {
-            area[cell] += grid.area_m2();
-        }
-        let (goes, beside) = outflow(sheet, (rank, cell));
-        let flow: f64 = goes.iter().sum();
-        for (goes, to) in goes.into_iter().zip(beside) {
-            if let Some(to) = to.filter(|_| goes > 0.0) {
-                area[to] += area[cell] * goes / flow;
+    let order = downward(sheet, |_| false);
+    let mut ways = vec![Way::default(); CHUNK.min(order.len())];
+    for chunk in order.chunks(CHUNK) {
+        par::change_with(&mut ways, chunk, |way, place| *way = Way::of(sheet, *place));
+        for (&(_, cell), way) in chunk.iter().zip(&ways) {
+            let cell = cell as usize;
+            if gain(cell) {
+                area[cell] += grid.area_m2();
+            }
+            let flow = way.flow();
+            for (goes, to) in way.goes.into_iter().zip(way.beside) {
+                if goes > 0.0 && to != OUTSIDE {
+                    area[to as usize] += area[cell] * goes / flow;
+                }
             }
         }
     }

@@ -90,7 +90,7 @@ impl Plastic {
         let (nx, area_m2, rheology) = (grid.nx, grid.area_m2(), self.rheology);
         let mut rough: Vec<f32> = zeroed(grid.len())?;
         par::change_with(&mut rough, &self.level, |rough, level| *rough = *level as f32);
-        let smooth = blurred(grid, &rough, &|_| SMOOTH_M[0], SMOOTH_M[0])?;
+        let [smooth] = blurred(grid, [&rough], &|_| SMOOTH_M[0], SMOOTH_M[0])?;
         let mut heights: Vec<f64> = zeroed(grid.len())?;
         par::change_with(&mut heights, &smooth, |height, smooth| *height = f64::from(*smooth));
         drop(smooth);
@@ -159,8 +159,7 @@ impl Plastic {
             *rough = if reach.is_ice { reach.level as f32 } else { 0.0 }
         });
         par::change_with(&mut share, &reaches, |share, reach| *share = f32::from(u8::from(reach.is_ice)));
-        let rough = blurred(grid, &rough, &|_| SMOOTH_M[1], SMOOTH_M[1])?;
-        let share = blurred(grid, &share, &|_| SMOOTH_M[1], SMOOTH_M[1])?;
+        let [rough, share] = blurred(grid, [&rough, &share], &|_| SMOOTH_M[1], SMOOTH_M[1])?;
         let codes = &self.codes;
         let [east, south] = &mut ice.velocity;
         let rows =

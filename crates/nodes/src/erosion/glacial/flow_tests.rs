@@ -8,7 +8,7 @@ use orograph_graph::{Boundary, Edge, Window, World};
 use super::{
     grid::Grid,
     kernels::{Rheology, WEIGHT},
-    march::{Ledger, Pace, march},
+    march::{Ledger, OnHost, Pace, march},
     sheet::Sheet,
 };
 use crate::{
@@ -39,12 +39,13 @@ fn run(sheet: &mut Sheet, pace: Pace, years: f64, balance: impl Fn(f64, f64, f64
     let mut pace = pace;
     let mut balances = vec![0.0; grid.len()];
     with_job(window, |job| {
-        march(job, sheet, &mut pace, years, &mut balances, |sheet, now, out| {
+        let renew = |sheet: &Sheet, now: f64, out: &mut [f64]| {
             for (cell, out) in out.iter_mut().enumerate() {
                 let [x, y] = window.centre_m(cell % grid.nx, cell / grid.nx);
                 *out = balance(x, y, sheet.depth(cell), now);
             }
-        })
+        };
+        march(job, &mut OnHost { sheet, balance: &mut balances, renew }, &mut pace, years)
     })
     .unwrap()
 }

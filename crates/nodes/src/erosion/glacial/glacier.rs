@@ -11,7 +11,7 @@ use super::{
     ice::{Ice, THIN_M},
     kernels::Rheology,
     law,
-    march::{Ledger, Pace, march},
+    march::{Ledger, OnHost, Pace, march},
     sheet::Sheet,
     transfer::Transfer,
 };
@@ -61,11 +61,11 @@ pub(super) struct Glacier {
     pub params: Params,
     pub transfer: Transfer,
     pub grid: Grid,
-    climate: Climate,
+    pub climate: Climate,
     erodibility: Layer,
     /// Layers of rock and what is subtracted in the stratigraphic height of each ice cell.
     strata: Option<(Beds, Vec<f32>)>,
-    flow: Flow,
+    pub flow: Flow,
     pub ice: Ice,
     /// Levels of the rock at the start and now, and thickness of till on it, per ice cell.
     pub start: Vec<f64>,
@@ -83,7 +83,7 @@ pub(super) struct Glacier {
 }
 
 /// The two ways in which ice is found.
-enum Flow {
+pub(super) enum Flow {
     Full { sheet: Sheet, pace: Pace, balance: Vec<f64> },
     Fast(Plastic),
 }
@@ -109,7 +109,7 @@ impl Glacier {
             }
             None => None,
         };
-        let rheology = Rheology::new(params.rate_factor, params.sliding, params.yield_stress);
+        let rheology = rheology_of(&params);
         let flow = match params.method {
             Method::Full => {
                 let mut sheet = Sheet::new(grid, rheology)?;
@@ -141,6 +141,11 @@ impl Glacier {
         })
     }
 
+    /// How ice flows.
+    pub fn rheology(&self) -> Rheology {
+        rheology_of(&self.params)
+    }
+
     /// Steps of the run.
     pub fn steps(&self) -> u64 {
         if self.params.duration <= 0.0 {
@@ -158,11 +163,10 @@ impl Glacier {
 
     /// Lets the ice adjust to the climate of a step.
     fn freeze(&mut self, job: &Job<'_>, shift_m: f64) -> Result<(), NodeError> {
-        let (climate, fastest) = (&self.climate, self.params.fastest);
+        let climate = &self.climate;
         match &mut self.flow {
             Flow::Full { sheet, pace, balance } => {
-                let years = self.params.relaxation;
-                let ledger = march(job, sheet, pace, years, balance, |sheet, _, out| {
+                let renew = |sheet: &Sheet, _: f64, out: &mut [f64]| {
                     let nx = sheet.grid.nx;
                     par::all(out.chunks_mut(nx * 16), |part, out| {
                         for (k, out) in out.chunks_mut(nx).enumerate() {
@@ -171,21 +175,36 @@ impl Glacier {
                             climate.balances(j * nx, levels, shift_m, out);
                         }
                     });
-                })?;
+                };
+                let ledger = march(job, &mut OnHost { sheet, balance, renew }, pace, self.params.relaxation)?;
                 self.ledger.join(&ledger);
-                self.ice.read(sheet, fastest);
             }
             Flow::Fast(plastic) => {
                 let bed: Vec<f64> = self.rock.iter().zip(&self.till).map(|(rock, till)| rock + till).collect();
                 // the balance depends on the surface that it makes
                 let rounds = if self.done == 0 { 3 } else { 1 };
                 for _ in 0..rounds {
-                    plastic.find(job, &self.grid, climate, &bed, [shift_m, fastest], &mut self.ice)?;
+                    plastic.find(job, &self.grid, climate, &bed, [shift_m, self.params.fastest], &mut self.ice)?;
                 }
             }
         }
+        Ok(())
+    }
+
+    /// Lets the ice that a step has found erode its bed, and drop what it carries.
+    pub fn carve(&mut self, job: &Job<'_>, shift_m: f64) -> Result<(), NodeError> {
+        if let Flow::Full { sheet, .. } = &self.flow {
+            self.ice.read(sheet, self.params.fastest);
+        }
         let deepest = self.ice.depth.iter().fold(0.0_f32, |most, depth| most.max(*depth));
         self.deepest_m = self.deepest_m.max(f64::from(deepest));
+        let debris = self.erode(self.params.duration / self.steps() as f64, shift_m)?;
+        self.deposit(job, debris, shift_m)?;
+        if let Flow::Full { sheet, .. } = &mut self.flow {
+            let (rock, till) = (&self.rock, &self.till);
+            sheet.set_bed(|cell| rock[cell] + till[cell]);
+        }
+        self.done += 1;
         Ok(())
     }
 
@@ -203,22 +222,37 @@ impl Glacier {
         let ground = self.strata.as_ref().map(|(beds, offset)| Ground { beds, offset });
         let (rock, till) = (&self.rock, &self.till);
         let rates = law::rates(&grid, params, &self.ice, &|cell| rock[cell] + till[cell], area.as_deref())?;
-        for (cell, law::Rate { base, section, most }) in rates.into_iter().enumerate() {
-            self.active[cell] |= f64::from(self.ice.depth[cell]) > THIN_M;
-            let weakness = ground.map_or(1.0, |ground| ground.weakness(cell, self.rock[cell]));
-            let lowered = f64::from(base) * years * self.erodibility.at(cell).max(0.0) * weakness;
-            if lowered <= 0.0 {
-                continue;
+        // what is removed of the rock of each cell; the volumes are sums in the order of the cells
+        let mut worn: Vec<f64> = zeroed(grid.len())?;
+        let nx = grid.nx;
+        let rows = self.rock.chunks_mut(nx).zip(self.till.chunks_mut(nx)).zip(self.active.chunks_mut(nx));
+        let rows = rows.zip(debris.chunks_mut(nx).zip(worn.chunks_mut(nx))).zip(rates.chunks(nx));
+        let (ice, erodibility) = (&self.ice, &self.erodibility);
+        let limited = par::collect_all(rows, |j, ((((rock, till), active), (debris, worn)), rates)| {
+            let mut is_limited = false;
+            for (i, law::Rate { base, section, most }) in rates.iter().copied().enumerate() {
+                let cell = j * nx + i;
+                active[i] |= f64::from(ice.depth[cell]) > THIN_M;
+                let weakness = ground.map_or(1.0, |ground| ground.weakness(cell, rock[i]));
+                let lowered = f64::from(base) * years * erodibility.at(cell).max(0.0) * weakness;
+                if lowered <= 0.0 {
+                    continue;
+                }
+                // limited before the section's factor, which keeps the bed even
+                let most = f64::from(most).min(DEEPEST_M);
+                is_limited |= lowered > most;
+                let lowered = (lowered.min(most) * f64::from(section)).min(DEEPEST_M);
+                let loose = till[i].min(SOFT * lowered);
+                let hard = lowered - loose / SOFT;
+                till[i] -= loose;
+                rock[i] -= hard;
+                debris[i] += area_m2 * (loose + params.debris * hard);
+                worn[i] = hard;
             }
-            // limited before the section's factor, which keeps the bed even
-            let most = f64::from(most).min(DEEPEST_M);
-            self.limited |= lowered > most;
-            let lowered = (lowered.min(most) * f64::from(section)).min(DEEPEST_M);
-            let loose = self.till[cell].min(SOFT * lowered);
-            let hard = lowered - loose / SOFT;
-            self.till[cell] -= loose;
-            self.rock[cell] -= hard;
-            debris[cell] += area_m2 * (loose + params.debris * hard);
+            is_limited
+        });
+        self.limited |= limited.contains(&true);
+        for hard in &worn {
             self.volumes.eroded += area_m2 * hard;
             self.volumes.flour += area_m2 * (1.0 - params.debris) * hard;
         }
@@ -260,19 +294,20 @@ impl Glacier {
         self.volumes.washed += settled.washed_m3;
         let mut thickness: Vec<f32> = zeroed(grid.len())?;
         thickness.iter_mut().zip(&settled.volume).for_each(|(out, volume)| *out = (volume / area_m2) as f32);
-        let thickness = super::blur::blurred(&grid, &thickness, &|_| SMEAR_M, SMEAR_M)?;
-        for (cell, gained) in thickness.iter().enumerate() {
-            self.till[cell] += f64::from(*gained);
-            if f64::from(self.ice.depth[cell]) < MARGIN_M {
-                self.moraine[cell] += gained;
+        let [thickness] = super::blur::blurred(&grid, [&thickness], &|_| SMEAR_M, SMEAR_M)?;
+        par::change_with(&mut self.till, &thickness, |till, gained| *till += f64::from(*gained));
+        let depth = &self.ice.depth;
+        par::change_at(&mut self.moraine, |cell, moraine| {
+            if f64::from(depth[cell]) < MARGIN_M {
+                *moraine += thickness[cell];
             }
-        }
+        });
         let tangent = math::tan(self.params.repose.to_radians());
         debris::slump(&grid, &self.rock, &mut self.till, tangent, SLIDES)
     }
 
     /// The climate of a step, as the rise of its heights in metres.
-    fn shift_m(&self, step: u64) -> f64 {
+    pub fn shift_m(&self, step: u64) -> f64 {
         climate::shift_m(&self.params, (step as f64 + 0.5) / self.steps().max(1) as f64)
     }
 
@@ -304,6 +339,10 @@ impl Glacier {
     }
 }
 
+fn rheology_of(params: &Params) -> Rheology {
+    Rheology::new(params.rate_factor, params.sliding, params.yield_stress)
+}
+
 impl Process for Glacier {
     fn moment(&self) -> Moment {
         let (steps, end) = (self.steps(), self.params.duration.max(0.0) * SECONDS_PER_YEAR);
@@ -317,14 +356,7 @@ impl Process for Glacier {
         }
         let shift_m = self.shift_m(self.done);
         self.freeze(job, shift_m)?;
-        let debris = self.erode(self.params.duration / self.steps() as f64, shift_m)?;
-        self.deposit(job, debris, shift_m)?;
-        if let Flow::Full { sheet, .. } = &mut self.flow {
-            let (rock, till) = (&self.rock, &self.till);
-            sheet.set_bed(|cell| rock[cell] + till[cell]);
-        }
-        self.done += 1;
-        Ok(())
+        self.carve(job, shift_m)
     }
 
     fn outputs(&self, job: &Job<'_>) -> Result<Outputs, NodeError> {

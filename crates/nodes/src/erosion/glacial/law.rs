@@ -58,29 +58,21 @@ pub(super) fn rates(
         row.iter_mut().enumerate().for_each(|(i, level)| *level = f32::from(u8::from(has(j * nx + i))));
     });
     let wide = |cell: usize| f64::from(whole[cell]).clamp(THINNEST_M, WIDEST_M);
-    let mut speed = blurred(grid, &ice.sliding, &wide, WIDEST_M)?;
-    let share = blurred(grid, &level, &wide, WIDEST_M)?;
-    par::change_with(&mut speed, &share, |speed, share| *speed /= share.max(0.05));
-    drop(share);
-
-    // the mean level of the bed within half the glacier's thickness
-    par::all(level.chunks_mut(nx), |j, row| {
+    // ice bridges shorter steps: the fall of the bed that it feels is that over its thickness
+    let mut ground: Vec<f32> = zeroed(grid.len())?;
+    par::all(ground.chunks_mut(nx), |j, row| {
         row.iter_mut().enumerate().for_each(|(i, level)| *level = bed(j * nx + i) as f32);
     });
+    let [mut speed, share, broad] = blurred(grid, [&ice.sliding, &level, &ground], &wide, WIDEST_M)?;
+    par::change_with(&mut speed, &share, |speed, share| *speed /= share.max(0.05));
+    drop((share, level));
+
+    // the mean level of the bed within half the glacier's thickness, and the mean thickness too, so that thicker ice in
+    // a groove does not by itself deepen the groove; the direction of flow, smoothed over the same width
     let near = |cell: usize| (0.5 * f64::from(whole[cell]).max(THINNEST_M)).min(0.5 * WIDEST_M);
-    let around = blurred(grid, &level, &near, 0.5 * WIDEST_M)?;
-    // the mean thickness too, so that thicker ice in a groove does not by itself deepen the groove
-    let thickness = blurred(grid, &ice.depth, &near, 0.5 * WIDEST_M)?;
-    // ice bridges shorter steps: the fall of the bed that it feels is that over its thickness
-    let broad = blurred(grid, &level, &wide, WIDEST_M)?;
-
-    // the direction of flow, smoothed over the same width
-    let mut flow = [zeroed(0)?, zeroed(0)?];
-    for (flow, velocity) in flow.iter_mut().zip(&ice.velocity) {
-        *flow = blurred(grid, velocity, &near, 0.5 * WIDEST_M)?;
-    }
-
-    drop(level);
+    let [east, south] = &ice.velocity;
+    let [around, thickness, east, south] = blurred(grid, [&ground, &ice.depth, east, south], &near, 0.5 * WIDEST_M)?;
+    drop(ground);
     let mut rates = orograph_graph::memory::filled(grid.len(), Rate::default())?;
     par::all(rates.chunks_mut(nx), |j, rates| {
         for (i, rate) in rates.iter_mut().enumerate() {
@@ -96,7 +88,7 @@ pub(super) fn rates(
             .clamp(LEAST, MOST);
             let thin = (depth / thickest).sqrt() * (depth / FULL_M).min(1.0);
             // how the bed falls along the flow: positive downwards
-            let flow = [f64::from(flow[0][cell]), f64::from(flow[1][cell])];
+            let flow = [f64::from(east[cell]), f64::from(south[cell])];
             let fast = math::hypot(flow[0], flow[1]);
             let [west, east, north, south] = grid.beside(i, j).map(|at| f64::from(broad[at.unwrap_or(cell)]));
             let fall = if fast > 0.0 {
@@ -165,7 +157,8 @@ pub(super) fn failures(
     if !par::any(&fallen, |fallen| *fallen > 0.0) {
         return Ok(fallen);
     }
-    blurred(grid, &fallen, &|_| RIB_M, RIB_M)
+    let [spread] = blurred(grid, [&fallen], &|_| RIB_M, RIB_M)?;
+    Ok(spread)
 }
 
 /// The lowest neighbour of a cell; the cell if there is none that is lower.

@@ -4,6 +4,41 @@ use orograph_graph::{Job, NodeError};
 
 use super::sheet::{Change, Sheet};
 
+/// Ice that flows in steps which may be tried again.
+pub(super) trait Flowing {
+    /// Sets the balance for the steps from a moment on, in years since the start of the march.
+    fn renew(&mut self, now_yr: f64) -> Result<(), NodeError>;
+
+    /// Computes a step without taking it over.
+    fn attempt(&mut self, dt_yr: f64) -> Result<Change, NodeError>;
+
+    /// Takes over the last attempt.
+    fn accept(&mut self) -> Result<(), NodeError>;
+}
+
+/// A sheet on the host. `renew(surface, now, out)` sets the balance in metres of ice per year of each cell.
+pub(super) struct OnHost<'a, F> {
+    pub sheet: &'a mut Sheet,
+    pub balance: &'a mut [f64],
+    pub renew: F,
+}
+
+impl<F: FnMut(&Sheet, f64, &mut [f64])> Flowing for OnHost<'_, F> {
+    fn renew(&mut self, now_yr: f64) -> Result<(), NodeError> {
+        (self.renew)(self.sheet, now_yr, self.balance);
+        Ok(())
+    }
+
+    fn attempt(&mut self, dt_yr: f64) -> Result<Change, NodeError> {
+        Ok(self.sheet.attempt(dt_yr, self.balance))
+    }
+
+    fn accept(&mut self) -> Result<(), NodeError> {
+        self.sheet.accept();
+        Ok(())
+    }
+}
+
 /// How long steps are.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
@@ -50,33 +85,26 @@ impl Ledger {
     }
 }
 
-/// Lets the ice flow for `years`. `balance(surface, out, now)` sets the balance in metres of ice per year of each row.
+/// Lets the ice flow for `years`.
 ///
 /// # Errors
-/// [`NodeError::Cancelled`].
-pub(super) fn march(
-    job: &Job<'_>,
-    sheet: &mut Sheet,
-    pace: &mut Pace,
-    years: f64,
-    balance: &mut [f64],
-    mut renew: impl FnMut(&Sheet, f64, &mut [f64]),
-) -> Result<Ledger, NodeError> {
+/// [`NodeError::Cancelled`], or that of the ice.
+pub(super) fn march(job: &Job<'_>, ice: &mut impl Flowing, pace: &mut Pace, years: f64) -> Result<Ledger, NodeError> {
     let mut ledger = Ledger::default();
     let mut left_yr = years;
     while left_yr > 0.0 {
         job.check()?;
-        renew(sheet, years - left_yr, balance);
+        ice.renew(years - left_yr)?;
         loop {
             // the last two steps are of one length
             let fits = pace.step_yr.min(pace.longest_yr);
             let dt_yr = if left_yr <= fits { left_yr } else { fits.min(0.5 * left_yr).max(pace.shortest_yr.min(fits)) };
-            let change = sheet.attempt(dt_yr, balance);
+            let change = ice.attempt(dt_yr)?;
             if change.most_m > 2.0 * pace.aim_m && dt_yr > pace.shortest_yr {
                 pace.step_yr = 0.5 * dt_yr;
                 continue;
             }
-            sheet.accept();
+            ice.accept()?;
             ledger.add(&change);
             // a step that was cut to fit says little about the next
             let growth = (pace.aim_m / change.most_m.max(1e-9)).clamp(0.5, 1.4);

@@ -7,6 +7,7 @@
 mod blur;
 mod climate;
 mod debris;
+mod device;
 mod fast;
 #[cfg(test)]
 mod flow_tests;
@@ -180,6 +181,7 @@ pub static NODE: Node = Node {
     scratch: Scratch::Bytes(scratch),
     cpu: run,
     process: Some(begin),
+    gpu: Some(&device::GPU),
     resolution: Resolution::Cells(
         "walls and moraines can be as narrow as an ice cell, and the size of ice cells affects where ice divides",
     ),

@@ -30,7 +30,7 @@ use crate::numerics::par;
 /// Rows of a part of a parallel loop. Does not affect the result.
 const ROWS: usize = 16;
 /// Rounds in which overdrawn cells are made to give less.
-const ROUNDS: usize = 6;
+pub(super) const ROUNDS: usize = 6;
 
 /// A row without ice.
 const NONE: [u32; 2] = [u32::MAX, 0];
@@ -123,13 +123,13 @@ impl Sheet {
     }
 
     /// Sets the ground. Ice stays as thick as it is.
-    pub fn set_bed(&mut self, bed: impl Fn(usize) -> f64) {
+    pub fn set_bed(&mut self, bed: impl Fn(usize) -> f64 + Sync) {
         let grid = self.grid;
-        for j in 0..grid.ny {
-            for i in 0..grid.nx {
-                self.bed[grid.at(i, j)] = bed(j * grid.nx + i);
-            }
-        }
+        let inside = &mut self.bed[super::grid::PAD * grid.stride()..][..grid.ny * grid.stride()];
+        par::all(inside.chunks_mut(grid.stride()), |j, row| {
+            let row = &mut row[super::grid::PAD..][..grid.nx];
+            row.iter_mut().enumerate().for_each(|(i, level)| *level = bed(j * grid.nx + i));
+        });
         grid.extend(&mut self.bed);
         self.resurface();
     }
@@ -164,6 +164,14 @@ impl Sheet {
             }
             None => NONE,
         }
+    }
+
+    /// Takes over ice and fluxes that were found in single precision. `thickness` is padded.
+    pub fn take(&mut self, [thickness, east, south]: [&[u32]; 3]) {
+        for (mine, found) in [(&mut self.thickness, thickness), (&mut self.east, east), (&mut self.south, south)] {
+            par::change_with(mine, found, |mine, bits| *mine = f64::from(f32::from_bits(*bits)));
+        }
+        self.resurface();
     }
 
     /// Thickness of a cell.

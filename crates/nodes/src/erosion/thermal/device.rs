@@ -77,6 +77,7 @@ pub(super) static GPU: GpuKernel = GpuKernel {
         Tolerance::relative(1e-5),
         Tolerance::relative(1e-3),
     ],
+    ..GpuKernel::DEFAULT
 };
 
 /// What slides, on the device.

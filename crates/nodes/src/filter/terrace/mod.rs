@@ -129,6 +129,7 @@ static GPU: GpuKernel = GpuKernel {
     },
     // risers are up to 32 times as steep as the terrain, whose heights are rounded
     tolerance: &[Tolerance::relative(2e-6)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

@@ -129,6 +129,7 @@ static GPU: GpuKernel = GpuKernel {
     covers: |params| !matches!(Params::read(params).kind, Kind::Swiss | Kind::Jordan),
     // octaves multiply each other's differences
     tolerance: &[Tolerance::relative(5e-5)],
+    ..GpuKernel::DEFAULT
 };
 
 fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {

@@ -17,7 +17,7 @@ use std::{
 
 use orograph_graph::{
     Field, InputValue, Job, NodeError, Outputs, Value,
-    gpu::{JobNumbers, Size},
+    gpu::{JobNumbers, Ports, Size},
 };
 pub(super) use submit::UNIFORM_BYTES;
 
@@ -112,7 +112,7 @@ pub(super) struct Run<'a> {
     /// Nanoseconds that the commands since the last wait are expected to take, per entry point.
     expected: BTreeMap<Entry, f64>,
     groups: HashMap<GroupKey, wgpu::BindGroup>,
-    /// Outputs that are no rasters.
+    /// Outputs that no shader writes.
     given: Vec<(&'static str, Value)>,
     /// Whether the flag was raised before the last wait.
     is_faulty: bool,
@@ -141,9 +141,14 @@ impl<'a> Run<'a> {
                 Small { numbers, fault, unused: [memory.block(256)?, memory.block(256)?] }
             }
         };
+        let is_on_host = job.node.gpu.is_some_and(|kernel| kernel.ports == Ports::Host);
         let mut rasters = Vec::with_capacity(job.inputs.len());
         for (input, known) in job.inputs.iter().zip(&mut small.numbers) {
             let number = match input {
+                _ if is_on_host => {
+                    rasters.push(None);
+                    continue;
+                }
                 InputValue::Value(Value::Field(field)) => {
                     rasters.push(Some(memory.resident(field)?));
                     continue;
@@ -162,7 +167,7 @@ impl<'a> Run<'a> {
         let bytes = 4 * job.window.len() as u64;
         let mut outputs = Vec::with_capacity(job.node.outputs.len());
         for at in 0..job.node.outputs.len() {
-            let planes = if job.wanted.contains(at) { job.planes(at) } else { 0 };
+            let planes = if !is_on_host && job.wanted.contains(at) { job.planes(at) } else { 0 };
             let blocks: Result<Vec<Block>, Trouble> = (0..planes).map(|_| memory.block(bytes)).collect();
             outputs.push(blocks?);
         }

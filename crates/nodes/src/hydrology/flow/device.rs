@@ -154,6 +154,7 @@ pub(super) static GPU: GpuKernel = GpuKernel {
         Tolerance::EXACT,
         Tolerance::EXACT,
     ],
+    ..GpuKernel::DEFAULT
 };
 
 /// Passes after which pointers reach the bottoms of small basins.

@@ -75,6 +75,7 @@ pub(super) static GPU: GpuKernel = GpuKernel {
     },
     // the same samples; heights for shadows are smoothed in single precision
     tolerance: &[Tolerance::absolute(1e-5), Tolerance::absolute(1e-5)],
+    ..GpuKernel::DEFAULT
 };
 
 /// What terrain hides: the tangents of the horizon towards the sun, and the sums over the sky.
