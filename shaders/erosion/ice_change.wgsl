@@ -1,7 +1,9 @@
 // What a step changes of the thickness of ice; see crates/nodes/src/erosion/glacial/sheet.rs. It needs shaders/lib/ice.
 
-/// A cell that would give this much more than it has and gets, in metres, is overdrawn: rounding gives less.
-const OVERDRAWN: f32 = 1e-5;
+/// A cell that would give so much more than it has and gets is overdrawn: in metres, and as a share of all that it has,
+/// gets and gives, of which rounding gives less.
+const OVERDRAWN_M: f32 = 1e-5;
+const OVERDRAWN: f32 = 4e-7;
 
 var<workgroup> most: atomic<u32>;
 var<workgroup> overdrawn: atomic<u32>;
@@ -40,7 +42,9 @@ fn apply(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation
         let stays = max(max(flowed, 0.0) + p.k_dt * min(balance[cell], 0.0), 0.0);
         next[cell] = stays;
         atomicMax(&most, bitcast<u32>(abs(stays - depth)));
-        if (flowed < -OVERDRAWN) {
+        let passes = p.k_over_x * (abs(east[west_of(spot.x + 1u, spot.y)]) + abs(east[west_of(spot.x, spot.y)]))
+            + p.k_over_y * (abs(south[north_of(spot.x, spot.y + 1u)]) + abs(south[north_of(spot.x, spot.y)]));
+        if (flowed < -(OVERDRAWN_M + OVERDRAWN * (depth + passes))) {
             atomicStore(&overdrawn, 1u);
         }
     }

@@ -27,9 +27,8 @@ fn set_beyond(side: u32, border: u32, step: i32, count: u32, ground: i32) {
             }
             default: {
                 let fall = max(surface_at(next) - surface_at(border), 0.0);
-                let depth = thickness[border];
-                thickness[ghost] = depth;
-                bed[ghost] = (bed[border] + (thickness[border] - depth)) - f32(out) * fall;
+                thickness[ghost] = thickness[border];
+                bed[ghost] = bed[border] - f32(out) * fall;
             }
         }
     }

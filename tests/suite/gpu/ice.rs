@@ -1,4 +1,4 @@
-//! Glaciers of many steps: where ice and debris go hangs on the last bit of the bed, so that sums are compared instead of
+//! Glaciers of many steps: where ice and debris go depends on the last bit of the bed, so that sums are compared instead of
 //! cells.
 
 use std::sync::Arc;
@@ -85,6 +85,19 @@ fn glaciers_of_many_steps_end_as_on_the_cpu() {
     let temperature = cold.kind().inputs.iter().position(|input| input.name == "temperature").expect("an input");
     cold.graph.instance_mut(cold.node).constants[temperature] = Some(-1.0);
     check(&gpu, &cold, Window::whole(world(joined)));
+}
+
+/// Ice grids that are hardly longer than what lies beyond their sides.
+#[test]
+fn ice_on_a_few_cells_ends_as_on_the_cpu() {
+    let Some(gpu) = open("few cells", &GpuOptions { poison: true, ..GpuOptions::default() }) else { return };
+    let case = glaciers(&[("steps", ParamValue::Int(4)), ("warming", ParamValue::Float(0.0))]);
+    for edge in [Edge::Periodic, Edge::Open, Edge::Base, Edge::Wall] {
+        for cells in [[1, 5], [5, 1], [2, 2], [2, 7], [3, 3]] {
+            let size = cells.map(|count| 200.0 * f64::from(count));
+            check(&gpu, &case, Window::whole(World { size, cells, ..world(Boundary::all(edge)) }));
+        }
+    }
 }
 
 /// A run that is watched ends with the bytes of a build, also with layers of rock, which stay on the host.

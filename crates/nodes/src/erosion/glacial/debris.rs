@@ -23,7 +23,7 @@ const THIN_M: f64 = 50.0;
 /// The part of what melts out that is lodged at the bed of thick ice; the rest is carried on the ice to its margin.
 const LODGED: f64 = 0.05;
 
-/// Cells that are looked up before one after the other is walked over.
+/// Cells whose neighbours are looked up in parallel before they are visited in order.
 const CHUNK: usize = 1 << 14;
 
 /// The part of the debris that a cell drops: ice that melts drops what is in it, ice that flows on takes it along.

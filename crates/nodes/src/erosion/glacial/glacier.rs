@@ -109,7 +109,7 @@ impl Glacier {
             }
             None => None,
         };
-        let rheology = rheology_of(&params);
+        let rheology = Rheology::new(params.rate_factor, params.sliding, params.yield_stress);
         let flow = match params.method {
             Method::Full => {
                 let mut sheet = Sheet::new(grid, rheology)?;
@@ -139,11 +139,6 @@ impl Glacier {
             limited: false,
             params,
         })
-    }
-
-    /// How ice flows.
-    pub fn rheology(&self) -> Rheology {
-        rheology_of(&self.params)
     }
 
     /// Steps of the run.
@@ -191,7 +186,7 @@ impl Glacier {
         Ok(())
     }
 
-    /// Lets the ice that a step has found erode its bed, and drop what it carries.
+    /// Lets the ice as it is now erode its bed, and drop what it carries.
     pub fn carve(&mut self, job: &Job<'_>, shift_m: f64) -> Result<(), NodeError> {
         if let Flow::Full { sheet, .. } = &self.flow {
             self.ice.read(sheet, self.params.fastest);
@@ -256,6 +251,7 @@ impl Glacier {
             self.volumes.eroded += area_m2 * hard;
             self.volumes.flour += area_m2 * (1.0 - params.debris) * hard;
         }
+        drop((rates, worn));
         let bed: Vec<f64> = self.rock.iter().zip(&self.till).map(|(rock, till)| rock + till).collect();
         let walls = math::tan(params.walls.to_radians());
         let rock = &self.rock;
@@ -324,7 +320,7 @@ impl Glacier {
     }
 
     /// Warns of what a user would not expect.
-    pub fn tell(&self, job: &Job<'_>) {
+    fn tell(&self, job: &Job<'_>) {
         if self.params.duration > 0.0 && self.deepest_m <= THIN_M {
             job.warn(
                 "no ice forms: the equilibrium line is above all ground; lower `ela` or the temperature, or raise the \
@@ -337,10 +333,6 @@ impl Glacier {
             ));
         }
     }
-}
-
-fn rheology_of(params: &Params) -> Rheology {
-    Rheology::new(params.rate_factor, params.sliding, params.yield_stress)
 }
 
 impl Process for Glacier {
@@ -360,6 +352,9 @@ impl Process for Glacier {
     }
 
     fn outputs(&self, job: &Job<'_>) -> Result<Outputs, NodeError> {
+        if self.moment().is_over() {
+            self.tell(job);
+        }
         super::result::outputs(self, job, Wants::of(job))
     }
 

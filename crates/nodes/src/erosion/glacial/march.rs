@@ -16,7 +16,7 @@ pub(super) trait Flowing {
     fn accept(&mut self) -> Result<(), NodeError>;
 }
 
-/// A sheet on the host. `renew(surface, now, out)` sets the balance in metres of ice per year of each cell.
+/// A sheet on the host. `renew(sheet, now, out)` sets the balance in metres of ice per year of each cell.
 pub(super) struct OnHost<'a, F> {
     pub sheet: &'a mut Sheet,
     pub balance: &'a mut [f64],

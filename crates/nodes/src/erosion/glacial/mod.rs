@@ -197,13 +197,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     // ground, till and ice; the sheet or the paths
     let held = if params.method == Method::Full { 45.0 + 104.0 } else { 45.0 + 35.0 };
     // what a step needs beside them, and what outputs do, per cell of the world
-    let step = if params.duration <= 0.0 {
-        0.0
-    } else if params.method == Method::Full {
-        60.0
-    } else {
-        80.0
-    };
+    let step = if params.duration <= 0.0 { 0.0 } else { 84.0 };
     let wants = Wants::among(sizing.wanted);
     let given = 4.0 * (wants.count() + usize::from(wants.velocity) - usize::from(wants.report)) as f64;
     let on_ice = |bytes: f64| (bytes * (nx * ny) as f64) as u64;
@@ -218,7 +212,6 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         job.advance(glacier.fraction())?;
         job.glimpse(|| glacier.glimpse(job));
     }
-    glacier.tell(job);
     glacier.outputs(job)
 }
 

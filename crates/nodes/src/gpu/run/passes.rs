@@ -13,7 +13,7 @@ use super::{
         lock,
         memory::ANSWER,
     },
-    Band, Command, Run,
+    Band, Command, Run, has_ports_on_host,
     submit::{BUSY, FIRST_CELLS, UNIFORM_BYTES},
 };
 
@@ -154,7 +154,8 @@ impl Run<'_> {
         let [nx, ny] = self.job.window.cells;
         let line = 4 * u64::from(nx);
         let fitting = u32::try_from(limit / line).unwrap_or(u32::MAX);
-        if fitting >= ny {
+        // kernels without rasters bind words alone, whose size is known when they are reserved
+        if fitting >= ny || has_ports_on_host(self.job) {
             return Ok(ny);
         }
         match rows {

@@ -4,8 +4,8 @@ use orograph_graph::{InputValue, Moment, Process, gpu::Steps};
 
 use super::{
     super::{
-        Wants,
         glacier::{Flow, Glacier},
+        kernels::Rheology,
         march::march,
     },
     ice::{DeviceIce, Marching},
@@ -22,7 +22,8 @@ impl DeviceGlacier {
     pub fn new(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<Self, NodeError> {
         job.inputs.iter().try_for_each(InputValue::fetch)?;
         let glacier = Glacier::new(job)?;
-        let ice = DeviceIce::new(&glacier, recorder)?;
+        let rheology = Rheology::new(glacier.params.rate_factor, glacier.params.sliding, glacier.params.yield_stress);
+        let ice = DeviceIce::new(&glacier, &rheology, recorder)?;
         Ok(Self { glacier, ice })
     }
 }
@@ -51,10 +52,7 @@ impl Steps for DeviceGlacier {
     }
 
     fn outputs(&mut self, job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
-        if self.moment().is_over() {
-            self.glacier.tell(job);
-        }
-        let outputs = super::super::result::outputs(&self.glacier, job, Wants::of(job))?;
+        let outputs = self.glacier.outputs(job)?;
         outputs.into_iter_named().for_each(|(name, value)| recorder.give(name, value));
         Ok(())
     }

@@ -10,6 +10,7 @@ use super::{
         climate::{Climate, Layer, PER_DEGREE, TABLE_C},
         glacier::Glacier,
         grid::Grid,
+        kernels::Rheology,
         march::{Flowing, Ledger},
         sheet::{Change, ROUNDS, Sheet},
     },
@@ -49,8 +50,8 @@ pub(super) struct DeviceIce {
 }
 
 impl DeviceIce {
-    /// Ground without ice.
-    pub fn new(glacier: &Glacier, recorder: &mut dyn Recorder) -> Result<Self, NodeError> {
+    /// Reserves the buffers; there is no ice yet.
+    pub fn new(glacier: &Glacier, rheology: &Rheology, recorder: &mut dyn Recorder) -> Result<Self, NodeError> {
         let grid = glacier.grid;
         let (nx, ny) = (grid.nx, grid.ny);
         let empty = Layer::Constant(0.0);
@@ -63,7 +64,6 @@ impl DeviceIce {
         let entries = table.len() / 2;
         let mut values: Vec<(&'static str, Scalar)> =
             VALUES.iter().map(|&(name, number)| (name, zero(number))).collect();
-        let rheology = glacier.rheology();
         for (name, value) in [
             ("k_nx", nx as u32),
             ("k_ny", ny as u32),
@@ -310,6 +310,7 @@ const fn zero(number: Number) -> Scalar {
 }
 
 fn put(values: &mut [(&'static str, Scalar)], name: &str, value: Scalar) {
+    debug_assert!(values.iter().any(|(known, _)| *known == name), "no shader has a number `{name}`");
     if let Some((_, known)) = values.iter_mut().find(|(known, _)| *known == name) {
         *known = value;
     }

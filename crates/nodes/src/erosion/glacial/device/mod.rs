@@ -136,7 +136,7 @@ pub(super) static GPU: GpuKernel = GpuKernel {
     // the fast method has no steps in time, and takes a tenth of the time of the full one
     covers: |params| Params::read(params).method == Method::Full,
     ports: Ports::Host,
-    // of one step of erosion; more steps hang on the last bit of the terrain
+    // of one step of erosion; later ones depend on the last bit of the terrain
     tolerance: &[
         Tolerance::relative(5e-6).except(0.01),
         Tolerance::relative(5e-6).except(0.01),
