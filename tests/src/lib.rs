@@ -22,7 +22,7 @@ pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
 pub use run::{
     Case, REACHING, STEPPED, cases, data_folder, evaluate, evaluate_window, example, extreme_worlds, inputs, lengths,
-    options, others, pictured, plain, reaching, set, wired,
+    one_step_of_ice, options, others, pictured, plain, reaching, set, wired,
 };
 pub use scratch::{Scratch, scratch, scratch_in, scratches};
 pub use validation::{MODELS, PRESETS, root, validation_hash};

@@ -7,8 +7,8 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Layer, Node,
-    NodeIndex, ParamValue, Port, Registry, Stop, Store, Unit, Value, Warnings, Waypoint, Window, World,
+    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Instance, Job, Kind, Layer,
+    Node, NodeIndex, ParamValue, Port, Registry, Stop, Store, Unit, Value, Warnings, Waypoint, Window, World,
 };
 
 use crate::land::{LAND, SELECTION, world};
@@ -287,6 +287,21 @@ pub fn lengths(node: &'static Node) -> Vec<Case> {
 /// Nodes whose steps, in time or in depth, are as short as their cells, so that their work has no bound: they must stop
 /// when told.
 pub const STEPPED: [&str; 2] = ["HydraulicPipe", "Weathering"];
+
+/// Longest time for which ice flows before it erodes, in years.
+const BRIEF_ICE_YR: f64 = 20.0;
+
+/// Gives `Glacial` one of its steps of erosion, after a short time: what ice and debris do later depends on the last bit.
+pub fn one_step_of_ice(instance: &mut Instance) {
+    if instance.node.id == "Glacial" {
+        let params = &mut instance.params;
+        let share = params.read::<f64>("duration") / params.read::<i64>("steps").max(1) as f64;
+        let years = params.read::<f64>("relaxation").min(BRIEF_ICE_YR);
+        params.set("duration", ParamValue::Float(share));
+        params.set("steps", ParamValue::Int(1));
+        params.set("relaxation", ParamValue::Float(years));
+    }
+}
 
 /// Worlds of 16 x 16 cells: of 1 m, the smallest and the largest that a file may have.
 #[must_use]

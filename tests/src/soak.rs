@@ -18,7 +18,7 @@ use orograph_nodes::gpu::Gpu;
 use crate::{
     Draw, LAND, SELECTION, STEPPED,
     gpu::{Distance, distance, nodes, nudge, range},
-    run::Case,
+    run::{Case, one_step_of_ice},
 };
 
 /// Nodes with kernels in the graph at most.
@@ -209,6 +209,7 @@ impl Soak {
 
     /// Limits the time of a node with many steps.
     fn shorten(&mut self, at: NodeIndex) {
+        one_step_of_ice(self.graph.instance_mut(at));
         if STEPPED.contains(&self.graph.instance(at).node.id) {
             let most = BRIEF * SIDE_M / f64::from(CELLS[3]);
             let params = &mut self.graph.instance_mut(at).params;

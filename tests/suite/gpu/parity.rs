@@ -7,7 +7,7 @@ use orograph_nodes::gpu::GpuOptions;
 use orograph_tests::{
     Case, STEPPED, cases, example,
     gpu::{compare, distance, field, nodes, nudge, open, run},
-    inputs,
+    inputs, one_step_of_ice,
 };
 
 use crate::chains::Draw;
@@ -16,9 +16,6 @@ use crate::chains::Draw;
 const RANDOM: u32 = 4;
 /// Longest simulated time of nodes whose steps are as short as their cells, in seconds per metre of a cell.
 const BRIEF: f64 = 2.0;
-/// Longest time for which ice flows, in years.
-const BRIEF_YEARS: f64 = 20.0;
-
 /// A world with an odd number of cells along both sides.
 fn odd() -> World {
     World { size: [61.0 * 268.0, 47.0 * 268.0], cells: [61, 47], seed: 7, ..World::default() }
@@ -68,14 +65,7 @@ fn all_cases(node: &'static orograph_graph::Node) -> Vec<Case> {
 /// The case, with a few steps of a node whose steps are as short as its cells, and one step of a node that has a number
 /// of them: later ones depend on the last bit of it.
 fn brief(mut case: Case, window: Window) -> Case {
-    if case.kind().id == "Glacial" {
-        let params = &mut case.graph.instance_mut(case.node).params;
-        let steps = params.read::<i64>("steps").max(1);
-        params.set("duration", ParamValue::Float(params.read::<f64>("duration") / steps as f64));
-        params.set("steps", ParamValue::Int(1));
-        let years = params.read::<f64>("relaxation").min(BRIEF_YEARS);
-        params.set("relaxation", ParamValue::Float(years));
-    }
+    one_step_of_ice(case.graph.instance_mut(case.node));
     if STEPPED.contains(&case.kind().id) {
         let params = &mut case.graph.instance_mut(case.node).params;
         let duration = params.read::<f64>("duration").min(BRIEF * window.cell_m());
