@@ -4,10 +4,10 @@
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let spot = cell_of(id);
-    if (spot.x >= p.k_nx || spot.y >= p.k_ny) {
+    if (is_beyond(spot)) {
         return;
     }
-    let cell = spot.y * p.k_nx + spot.x;
+    let cell = inside(spot);
     let place = padded(spot.x, spot.y);
     let west = -p.k_over_x * east[west_of(spot.x, spot.y)];
     let right = p.k_over_x * east[west_of(spot.x + 1u, spot.y)];

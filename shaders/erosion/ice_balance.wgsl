@@ -10,10 +10,10 @@ fn tabled(entry: u32, place: f32) -> f32 {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let spot = cell_of(id);
-    if (spot.x >= p.k_nx || spot.y >= p.k_ny) {
+    if (is_beyond(spot)) {
         return;
     }
-    let cell = spot.y * p.k_nx + spot.x;
+    let cell = inside(spot);
     let place = padded(spot.x, spot.y);
     let surface = (bed[place] + p.k_datum - p.k_shift) + thickness[place];
     let level = levels[cell * p.k_level_step];

@@ -8,8 +8,6 @@ const OVERDRAWN: f32 = 4e-7;
 var<workgroup> most: atomic<u32>;
 var<workgroup> overdrawn: atomic<u32>;
 
-fn is_beyond(spot: vec2<u32>) -> bool { return spot.x >= p.k_nx || spot.y >= p.k_ny; }
-
 /// Thickness that leaves a cell through its faces in the step, net.
 fn outflow(i: u32, j: u32) -> f32 {
     return p.k_over_x * (east[west_of(i + 1u, j)] - east[west_of(i, j)])
@@ -23,7 +21,7 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
     if (is_beyond(spot)) {
         return;
     }
-    let cell = spot.y * p.k_nx + spot.x;
+    let cell = inside(spot);
     let out = outflow(spot.x, spot.y);
     let gains = p.k_dt * max(balance[cell], 0.0);
     let melts = -p.k_dt * min(balance[cell], 0.0);
@@ -36,7 +34,7 @@ fn begin(@builtin(global_invocation_id) id: vec3<u32>) {
 fn apply(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) own: u32) {
     let spot = cell_of(id);
     if (!is_beyond(spot)) {
-        let cell = spot.y * p.k_nx + spot.x;
+        let cell = inside(spot);
         let depth = thickness[padded(spot.x, spot.y)];
         let flowed = depth - outflow(spot.x, spot.y) + p.k_dt * max(balance[cell], 0.0);
         let stays = max(max(flowed, 0.0) + p.k_dt * min(balance[cell], 0.0), 0.0);
@@ -62,7 +60,7 @@ fn limit(@builtin(global_invocation_id) id: vec3<u32>) {
     if (is_beyond(spot)) {
         return;
     }
-    let cell = spot.y * p.k_nx + spot.x;
+    let cell = inside(spot);
     let through = vec4<f32>(
         -p.k_over_x * east[west_of(spot.x, spot.y)],
         p.k_over_x * east[west_of(spot.x + 1u, spot.y)],

@@ -1,14 +1,11 @@
 // One factor of an implicit step of the ice: tridiagonal systems along rows or columns, and what their solutions change
-// of the fluxes; see crates/nodes/src/erosion/glacial/sheet.rs. It needs shaders/lib/ice.
+// of the fluxes; see crates/nodes/src/erosion/glacial/sheet.rs. It needs shaders/lib/ice and shaders/lib/parts.
 //
 // A workgroup solves LINES lines, each of them in up to PARTS parts of one invocation. Lines are networks: ice goes from
 // cell to cell through faces, and what stays in a cell is its `keep`. An invocation eliminates the cells of its part one
 // after the other, all but the last, which leaves a network of the last cells of all parts. The first invocation of a line
 // solves that, and each finds the cells of its part from the last cells on either side. What cells keep and give are sums
 // of positive numbers (W. K. Grassmann, M. I. Taksar and D. P. Heyman 1985), so that nothing cancels out.
-
-const LINES = 8u;
-const PARTS = 32u;
 
 /// What is known of a cell when those before it are eliminated. `back` goes to the last cell of the part before, `link`
 /// comes from there.
@@ -39,10 +36,6 @@ fn place_of(line: u32, k: u32) -> u32 { return select(line * p.k_nx + k, k * p.k
 
 /// The face before a cell.
 fn face_of(line: u32, k: u32) -> u32 { return select(west_of(k, line), north_of(line, k), is_along_columns()); }
-
-fn part_length() -> u32 { return max((cells_of_line() + PARTS - 1u) / PARTS, 2u); }
-
-fn parts_of_line() -> u32 { return (cells_of_line() + part_length() - 1u) / part_length(); }
 
 /// Eliminates all cells of a part but the last.
 fn eliminate(line: u32, first: u32, end: u32, own: u32, is_joined: bool) {

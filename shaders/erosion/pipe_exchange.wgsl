@@ -119,16 +119,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     load[i] = carried;
     part[i] = part_of;
 
-    if (p.side_west != SIDE_JOINED && cell.x == 0u) {
+    if (p.side_west != SIDE_PERIODIC && cell.x == 0u) {
         leave(rim_west(cell.y), -from_west, part_of);
     }
-    if (p.side_west != SIDE_JOINED && cell.x + 1u == p.nx) {
+    if (p.side_west != SIDE_PERIODIC && cell.x + 1u == p.nx) {
         leave(rim_east(cell.y), to_east, part_of);
     }
-    if (p.side_north != SIDE_JOINED && cell.y == 0u) {
+    if (p.side_north != SIDE_PERIODIC && cell.y == 0u) {
         leave(rim_north(cell.x), -from_north, part_of);
     }
-    if (p.side_north != SIDE_JOINED && cell.y + 1u == p.ny) {
+    if (p.side_north != SIDE_PERIODIC && cell.y + 1u == p.ny) {
         leave(rim_south(cell.x), to_south, part_of);
     }
 }

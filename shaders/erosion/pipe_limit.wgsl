@@ -18,7 +18,7 @@ fn supply(@builtin(global_invocation_id) id: vec3<u32>) {
 
 /// The share of a cell, of the nearest beyond the sides to the west and the east, and all beyond the others.
 fn share_at(x: i32, y: i32) -> f32 {
-    if (p.side_north != SIDE_JOINED && (y < 0 || y >= i32(p.ny))) {
+    if (p.side_north != SIDE_PERIODIC && (y < 0 || y >= i32(p.ny))) {
         return 1.0;
     }
     return share[at(column_of(x), row_of(y))];

@@ -27,8 +27,8 @@ fn level(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 fn ground(x: i32, y: i32) -> f32 {
-    let beyond_x = p.side_west != SIDE_JOINED && (x < 0 || x >= i32(p.nx));
-    let beyond_y = p.side_north != SIDE_JOINED && (y < 0 || y >= i32(p.ny));
+    let beyond_x = p.side_west != SIDE_PERIODIC && (x < 0 || x >= i32(p.nx));
+    let beyond_y = p.side_north != SIDE_PERIODIC && (y < 0 || y >= i32(p.ny));
     if (beyond_x || beyond_y) {
         return HOLE;
     }

@@ -18,20 +18,20 @@ fn gather(@builtin(global_invocation_id) id: vec3<u32>) {
 fn beyond(side: u32) -> f32 { return select(-HOLE, HOLE, side == SIDE_WALL); }
 
 fn floor_in_row(x: i32, y: u32) -> f32 {
-    if (p.side_west != SIDE_JOINED && x < 0) {
+    if (p.side_west != SIDE_PERIODIC && x < 0) {
         return beyond(p.side_west);
     }
-    if (p.side_west != SIDE_JOINED && x >= i32(p.nx)) {
+    if (p.side_west != SIDE_PERIODIC && x >= i32(p.nx)) {
         return beyond(p.side_east);
     }
     return bed[at(column_of(x), y)];
 }
 
 fn floor_at(x: i32, y: i32) -> f32 {
-    if (p.side_north != SIDE_JOINED && y < 0) {
+    if (p.side_north != SIDE_PERIODIC && y < 0) {
         return beyond(p.side_north);
     }
-    if (p.side_north != SIDE_JOINED && y >= i32(p.ny)) {
+    if (p.side_north != SIDE_PERIODIC && y >= i32(p.ny)) {
         return beyond(p.side_south);
     }
     return floor_in_row(x, row_of(y));
@@ -71,8 +71,8 @@ fn more(here: f32, low: f32, there: f32, low_there: f32) -> f32 {
 }
 
 fn from_cell(here: f32, low: f32, cell: vec2<u32>, dx: i32, dy: i32) -> f32 {
-    let x = inside(i32(cell.x) + dx * p.k_distance, p.nx, p.side_west == SIDE_JOINED);
-    let y = inside(i32(cell.y) + dy * p.k_distance, p.ny, p.side_north == SIDE_JOINED);
+    let x = inside(i32(cell.x) + dx * p.k_distance, p.nx, p.side_west == SIDE_PERIODIC);
+    let y = inside(i32(cell.y) + dy * p.k_distance, p.ny, p.side_north == SIDE_PERIODIC);
     let there = at(x, y);
     return more(here, low, spread[there], hollow[there]);
 }

@@ -28,7 +28,7 @@ fn lean_of(before: f32, here: f32, after: f32) -> f32 {
 }
 
 fn lean_x(x: i32, y: u32) -> f32 {
-    if (p.side_west != SIDE_JOINED && (x <= 0 || x + 1 >= i32(p.nx))) {
+    if (p.side_west != SIDE_PERIODIC && (x <= 0 || x + 1 >= i32(p.nx))) {
         return 0.0;
     }
     let column = i32(column_of(x));
@@ -36,7 +36,7 @@ fn lean_x(x: i32, y: u32) -> f32 {
 }
 
 fn lean_y(x: u32, y: i32) -> f32 {
-    if (p.side_north != SIDE_JOINED && (y <= 0 || y + 1 >= i32(p.ny))) {
+    if (p.side_north != SIDE_PERIODIC && (y <= 0 || y + 1 >= i32(p.ny))) {
         return 0.0;
     }
     let row = i32(row_of(y));

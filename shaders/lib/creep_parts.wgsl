@@ -1,14 +1,11 @@
 // The implicit solution for lines of cells, in parts; see crates/nodes/src/erosion/creep/device.rs. It needs
-// shaders/lib/creep_faces.
+// shaders/lib/parts and shaders/lib/creep_faces.
 //
 // A workgroup solves LINES lines beside each other, each of them in up to PARTS parts of one invocation. Lines are
 // networks: cells hang on their neighbours by faces and on their height before the step by a weight. An invocation
 // eliminates the cells of its part one after the other, all but the last, which leaves a network of the last cells of all
 // parts. The first invocation of a line solves that, and each finds the cells of its part from the last cells on either
 // side. All weights are sums of positive numbers, so that nothing cancels out.
-
-const LINES = 8u;
-const PARTS = 32u;
 
 /// What the cells at the ends of a line do with what arrives.
 struct Ends {
@@ -61,10 +58,6 @@ var<private> reference: f32;
 fn start_of(ground: Ground) -> f32 {
     return select(0.0, (ground.height - reference) + ground.moved, is_solid(ground.height));
 }
-
-fn part_length() -> u32 { return max((cells_of_line() + PARTS - 1u) / PARTS, 2u); }
-
-fn parts_of_line() -> u32 { return (cells_of_line() + part_length() - 1u) / part_length(); }
 
 /// The part, if something is to be done for it.
 fn only(part: Part, is_due: bool) -> Part {

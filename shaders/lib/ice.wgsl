@@ -1,12 +1,13 @@
 // The ice grid; see crates/nodes/src/erosion/glacial/grid.rs. Rasters of the ground and of thickness have two rows and
-// columns beyond each side, and the ground there is the surface beyond the side less the thickness there.
+// columns beyond each side, and the ground there is the surface beyond the side less the thickness there. It needs shaders/lib/sides.
 
 const PAD = 2u;
 
-const SIDE_OPEN: u32 = 0u;
-const SIDE_BASE: u32 = 1u;
-const SIDE_WALL: u32 = 2u;
-const SIDE_PERIODIC: u32 = 3u;
+/// Whether an invocation has no cell.
+fn is_beyond(spot: vec2<u32>) -> bool { return spot.x >= p.k_nx || spot.y >= p.k_ny; }
+
+/// The place of a cell in a raster without cells beyond the sides.
+fn inside(spot: vec2<u32>) -> u32 { return spot.y * p.k_nx + spot.x; }
 
 fn stride() -> u32 { return p.k_nx + 2u * PAD; }
 

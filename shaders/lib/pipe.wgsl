@@ -1,10 +1,7 @@
 // The sides of the world and the rim of crates/nodes/src/erosion/hydraulic_pipe/device.rs. Cells outside of the terrain,
-// which are NaN on the CPU, are `HOLE` here: drivers may assume that there is no NaN. It needs the math of shaders/lib.
+// which are NaN on the CPU, are `HOLE` here: drivers may assume that there is no NaN. It needs the math and
+// the sides of shaders/lib.
 
-const SIDE_OPEN: u32 = 0u;
-const SIDE_BASE: u32 = 1u;
-const SIDE_WALL: u32 = 2u;
-const SIDE_JOINED: u32 = 3u;
 const HOLE: f32 = 1e30;
 
 fn is_hole(v: f32) -> bool { return !(abs(v) < p.k_highest); }
@@ -35,7 +32,7 @@ fn bed_from(height: f32) -> f32 { return select(height, HOLE, is_hole(height)); 
 
 /// The column that stands for one beyond the sides: from the other end in a periodic world, otherwise the nearest.
 fn column_of(x: i32) -> u32 {
-    if (p.side_west == SIDE_JOINED) {
+    if (p.side_west == SIDE_PERIODIC) {
         return (u32(x + i32(p.nx))) % p.nx;
     }
     return u32(clamp(x, 0, i32(p.nx) - 1));
@@ -43,7 +40,7 @@ fn column_of(x: i32) -> u32 {
 
 /// The row, as the column.
 fn row_of(y: i32) -> u32 {
-    if (p.side_north == SIDE_JOINED) {
+    if (p.side_north == SIDE_PERIODIC) {
         return (u32(y + i32(p.ny))) % p.ny;
     }
     return u32(clamp(y, 0, i32(p.ny) - 1));

@@ -9,7 +9,7 @@ fn bed_in_row(x: i32, y: u32) -> f32 {
     }
     let before = x < 0;
     let side = select(p.side_east, p.side_west, before);
-    if (side == SIDE_JOINED) {
+    if (side == SIDE_PERIODIC) {
         return bed[at(select(0u, p.nx - 1u, before), y)];
     }
     if (side == SIDE_WALL) {
@@ -27,7 +27,7 @@ fn bed_at(x: i32, y: i32) -> f32 {
     }
     let before = y < 0;
     let side = select(p.side_south, p.side_north, before);
-    if (side == SIDE_JOINED) {
+    if (side == SIDE_PERIODIC) {
         return bed_in_row(x, select(0u, p.ny - 1u, before));
     }
     if (side == SIDE_WALL) {
@@ -46,7 +46,7 @@ fn wet_in_row(x: i32, y: u32) -> f32 {
     }
     let before = x < 0;
     let side = select(p.side_east, p.side_west, before);
-    if (side == SIDE_JOINED) {
+    if (side == SIDE_PERIODIC) {
         return wet[at(select(0u, p.nx - 1u, before), y)];
     }
     if (side == SIDE_OPEN) {
@@ -61,7 +61,7 @@ fn wet_at(x: i32, y: i32) -> f32 {
     }
     let before = y < 0;
     let side = select(p.side_south, p.side_north, before);
-    if (side == SIDE_JOINED) {
+    if (side == SIDE_PERIODIC) {
         return wet_in_row(x, select(0u, p.ny - 1u, before));
     }
     if (side == SIDE_OPEN) {

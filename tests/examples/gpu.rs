@@ -16,7 +16,7 @@ use std::{
 
 use orograph_graph::{
     Backend, Field, InputValue, Job, Node, NodeError, ParamValue, Value, Wanted, Window, World,
-    gpu::{Count, Ports, Work, record},
+    gpu::{Count, Work, record},
 };
 use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
 use orograph_tests::{Case, STEPPED, example, gpu::nodes};
@@ -48,7 +48,7 @@ fn main() -> Result<(), Failure> {
         "{:<14} {:>11} {:>9} {:>12} {:>9} {:>9} {:>10} {:>9}",
         "node", "kernel (ms)", "run (ms)", "bytes/cell", "/ least", "/ moved", "CPU (ms)", "CPU/run"
     );
-    let on_device = |node: &&'static Node| node.gpu.is_some_and(|kernel| kernel.ports == Ports::Device);
+    let on_device = |node: &&'static Node| !node.has_ports_on_host();
     for node in nodes().into_iter().filter(chosen).filter(on_device) {
         let Measured { kernel, run, work } = measured(&gpu, node, window)?;
         let floor = |bytes: u64| bytes as f64 * window.len() as f64 / bandwidth;

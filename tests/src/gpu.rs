@@ -6,7 +6,7 @@ use std::{
 };
 
 use orograph_graph::{
-    Backend as _, Field, InputValue, Node, NodeError, Outputs, Value, Wanted, Window, gpu::Tolerance,
+    Backend as _, Field, InputValue, Node, NodeError, Outputs, Report, Value, Wanted, Window, gpu::Tolerance,
 };
 use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
 
@@ -115,6 +115,21 @@ pub fn field(outputs: &mut Outputs, name: &str) -> Field {
     let value = outputs.take(name).expect("an output");
     value.fetch().expect("the device gives it back");
     value.as_field().expect("a raster").clone()
+}
+
+/// Removes and returns the report from outputs.
+///
+/// # Panics
+/// When there is none.
+pub fn report(outputs: &mut Outputs) -> Report {
+    outputs.take("report").expect("a report").as_report().expect("a report").clone()
+}
+
+/// The mean distance of two fields as a fraction of the mean magnitude of the second.
+#[must_use]
+pub fn apart(found: &Field, expected: &Field) -> f64 {
+    let pairs = || found.samples().iter().zip(expected.samples()).map(|(a, b)| (f64::from(*a), f64::from(*b)));
+    pairs().map(|(a, b)| (a - b).abs()).sum::<f64>() / pairs().map(|(_, b)| b.abs()).sum::<f64>().max(1e-9)
 }
 
 /// The largest magnitude of samples.

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{
     averaging::Averaging,
-    gpu::GpuKernel,
+    gpu::{GpuKernel, Ports},
     job::{Job, NodeError, Outputs, Wanted},
     migrate::Migration,
     param::{ParamSpec, ParamValues},
@@ -133,6 +133,12 @@ impl Node {
     #[must_use]
     pub fn has_gpu_kernel(&self, params: &ParamValues) -> bool {
         self.levels.is_none() && self.gpu.is_some_and(|kernel| (kernel.covers)(params))
+    }
+
+    /// Returns true if the inputs and outputs of its GPU kernel stay on the host.
+    #[must_use]
+    pub fn has_ports_on_host(&self) -> bool {
+        self.gpu.is_some_and(|kernel| kernel.ports == Ports::Host)
     }
 
     /// Empty fields for `..Node::DEFAULT`.

@@ -9,6 +9,7 @@ pub mod gpu;
 pub mod hydrology;
 pub mod import;
 pub mod measure;
+mod numbers;
 pub mod numerics;
 #[cfg(test)]
 mod peer_tests;

@@ -18,9 +18,14 @@ pub(crate) const WITHIN: &str = wgsl!("lib/within");
 pub(crate) const HASH: &str = wgsl!("lib/hash");
 /// Lattice noise; it needs [`HASH`].
 pub(crate) const LATTICE: &str = wgsl!("lib/lattice");
+/// Sides of the world.
+pub(crate) const SIDES: &str = wgsl!("lib/sides");
+/// Lines that are solved in parts, and how many of them together.
+pub(crate) const PARTS: &str = wgsl!("lib/parts");
+pub(crate) const LINES_TOGETHER: u32 = 8;
 /// Lines beyond their ends.
 pub(crate) const LINES: &str = wgsl!("lib/lines");
-/// Sides, holes and the rim of a storm; it needs [`MATH`].
+/// Holes and the rim of a storm; it needs [`MATH`] and [`SIDES`].
 pub(crate) const PIPE: &str = wgsl!("lib/pipe");
 /// Discharge through faces; it needs [`PIPE`].
 pub(crate) const PIPE_FACES: &str = wgsl!("lib/pipe_faces");
@@ -32,9 +37,9 @@ pub(crate) const FLOW: &str = wgsl!("lib/flow");
 pub(crate) const REPOSE: &str = wgsl!("lib/repose");
 /// Faces between cells that creep.
 pub(crate) const CREEP_FACES: &str = wgsl!("lib/creep_faces");
-/// Solutions for lines of cells in parts; it needs [`CREEP_FACES`].
+/// Solutions for lines of cells that creep; it needs [`PARTS`] and [`CREEP_FACES`].
 pub(crate) const CREEP_PARTS: &str = wgsl!("lib/creep_parts");
-/// The ice grid and its sides.
+/// The ice grid; it needs [`SIDES`].
 pub(crate) const ICE: &str = wgsl!("lib/ice");
 /// Horizons in one direction; it needs [`LINES`].
 pub(crate) const HORIZON: &str = wgsl!("lib/horizon");

@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use orograph_graph::{Backend, Boundary, Edge, Field, InputValue, Outputs, ParamValue, Report, Wanted, Window, World};
+use orograph_graph::{Backend, Boundary, Edge, InputValue, ParamValue, Wanted, Window, World};
 use orograph_nodes::gpu::{Gpu, GpuOptions};
 use orograph_tests::{
     Case, example,
-    gpu::{field, nudge, open, run},
+    gpu::{apart, field, nudge, open, report, run},
     inputs,
 };
 
@@ -26,16 +26,6 @@ fn glaciers(changes: &[(&'static str, ParamValue)]) -> Case {
         params.set(name, value.clone());
     }
     case
-}
-
-fn report(outputs: &mut Outputs) -> Report {
-    outputs.take("report").expect("a report").as_report().expect("a report").clone()
-}
-
-/// The mean distance of two fields as a fraction of the mean magnitude of the second.
-fn apart(found: &Field, expected: &Field) -> f64 {
-    let pairs = || found.samples().iter().zip(expected.samples()).map(|(a, b)| (f64::from(*a), f64::from(*b)));
-    pairs().map(|(a, b)| (a - b).abs()).sum::<f64>() / pairs().map(|(_, b)| b.abs()).sum::<f64>().max(1e-9)
 }
 
 fn check(gpu: &Gpu, case: &Case, window: Window) {

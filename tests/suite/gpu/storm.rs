@@ -1,10 +1,10 @@
 //! A storm of many steps: erosion amplifies differences in the last bit, so that sums are compared instead of cells.
 
-use orograph_graph::{Field, InputValue, ParamValue, Report, Wanted, Window, World};
+use orograph_graph::{InputValue, ParamValue, Report, Wanted, Window, World};
 use orograph_nodes::gpu::GpuOptions;
 use orograph_tests::{
     Case, example,
-    gpu::{field, nudge, open, run},
+    gpu::{apart, field, nudge, open, report, run},
     inputs,
 };
 
@@ -23,16 +23,6 @@ fn storm(changes: &[(&'static str, ParamValue)]) -> Case {
         params.set(name, value.clone());
     }
     case
-}
-
-fn report(outputs: &mut orograph_graph::Outputs) -> Report {
-    outputs.take("report").expect("a report").as_report().expect("a report").clone()
-}
-
-/// The mean distance of two fields as a fraction of the mean magnitude of the second.
-fn apart(found: &Field, expected: &Field) -> f64 {
-    let pairs = || found.samples().iter().zip(expected.samples()).map(|(a, b)| (f64::from(*a), f64::from(*b)));
-    pairs().map(|(a, b)| (a - b).abs()).sum::<f64>() / pairs().map(|(_, b)| b.abs()).sum::<f64>().max(1e-9)
 }
 
 /// The volumes of a balance, from its start to its end.

@@ -1,7 +1,6 @@
 //! Counts what a kernel runs, without a device.
 
 use super::{
-    Ports,
     record::{Bind, Over, Pass, Recorder, ScratchId, Size},
     shader::{Access, Role, Slot},
 };
@@ -48,8 +47,7 @@ impl<'a> Count<'a> {
         let written = (0..job.node.outputs.len()).filter(|output| job.wanted.contains(*output));
         let planes = read.sum::<usize>() + written.map(|output| job.planes(output)).sum::<usize>();
         // rasters on the host are not moved
-        let is_on_host = job.node.gpu.is_some_and(|kernel| kernel.ports == Ports::Host);
-        let planes = if is_on_host { 0 } else { planes };
+        let planes = if job.node.has_ports_on_host() { 0 } else { planes };
         Self {
             job,
             work: Work { least: 4 * planes as u64, ..Work::default() },

@@ -25,15 +25,13 @@ use crate::{
 
 /// D Δt / d² of a step above which it is solved for heights.
 const FAR: f64 = 16.0;
-/// Lines of a workgroup.
-const LINES_TOGETHER: u32 = 8;
 /// Rows and columns that a workgroup exchanges.
 const TURNED: [u32; 2] = [32; 2];
 
 static LINES: Shader = Shader {
     name: "erosion/creep",
     source: wgsl!("erosion/creep"),
-    library: &[wgsl::CREEP_FACES, wgsl::CREEP_PARTS],
+    library: &[wgsl::PARTS, wgsl::CREEP_FACES, wgsl::CREEP_PARTS],
     values: &[
         ("k_columns", Number::U32),
         ("k_far", Number::U32),
@@ -189,7 +187,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
             entry: "lines",
             bind: &[&bind[..], &rasters.inputs[along]].concat(),
             values: &[&[("k_columns", Scalar::U32(along as u32))][..], &values].concat(),
-            over: Over::Groups([[ny, nx][along].div_ceil(LINES_TOGETHER), 1, 1]),
+            over: Over::Groups([[ny, nx][along].div_ceil(wgsl::LINES_TOGETHER), 1, 1]),
         })?;
         rasters.take(recorder, along, next)?;
         job.advance((number / 2 + 1) as f32 / steps as f32)?;

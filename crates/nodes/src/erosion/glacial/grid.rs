@@ -76,9 +76,14 @@ impl Grid {
         self.edges[2 * axis] == Edge::Periodic
     }
 
+    /// Number of cells of a padded raster.
+    pub const fn padded_len(&self) -> usize {
+        self.stride() * (self.ny + 2 * PAD)
+    }
+
     /// A padded raster of zeros.
     pub fn padded(&self) -> Result<Vec<f64>, OutOfMemory> {
-        zeroed(self.stride() * (self.ny + 2 * PAD))
+        zeroed(self.padded_len())
     }
 
     /// Continues a padded raster beyond the sides: with its border, or with the opposite side where sides are joined.

@@ -17,7 +17,7 @@ use std::{
 
 use orograph_graph::{
     Field, InputValue, Job, NodeError, Outputs, Value,
-    gpu::{JobNumbers, Ports, Size},
+    gpu::{JobNumbers, Size},
 };
 pub(super) use submit::UNIFORM_BYTES;
 
@@ -141,7 +141,7 @@ impl<'a> Run<'a> {
                 Small { numbers, fault, unused: [memory.block(256)?, memory.block(256)?] }
             }
         };
-        let is_on_host = has_ports_on_host(job);
+        let is_on_host = job.node.has_ports_on_host();
         let mut rasters = Vec::with_capacity(job.inputs.len());
         for (input, known) in job.inputs.iter().zip(&mut small.numbers) {
             let number = match input {
@@ -242,11 +242,6 @@ impl<'a> Run<'a> {
         self.trouble.get_or_insert(trouble);
         error
     }
-}
-
-/// Whether the inputs and outputs of a job's kernel stay on the host.
-fn has_ports_on_host(job: &Job<'_>) -> bool {
-    job.node.gpu.is_some_and(|kernel| kernel.ports == Ports::Host)
 }
 
 /// The current time, for the length of submits only; no result depends on it.

@@ -13,7 +13,7 @@ use super::{
         lock,
         memory::ANSWER,
     },
-    Band, Command, Run, has_ports_on_host,
+    Band, Command, Run,
     submit::{BUSY, FIRST_CELLS, UNIFORM_BYTES},
 };
 
@@ -155,7 +155,7 @@ impl Run<'_> {
         let line = 4 * u64::from(nx);
         let fitting = u32::try_from(limit / line).unwrap_or(u32::MAX);
         // kernels without rasters bind words alone, whose size is known when they are reserved
-        if fitting >= ny || has_ports_on_host(self.job) {
+        if fitting >= ny || self.job.node.has_ports_on_host() {
             return Ok(ny);
         }
         match rows {

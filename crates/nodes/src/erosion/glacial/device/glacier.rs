@@ -5,7 +5,6 @@ use orograph_graph::{InputValue, Moment, Process, gpu::Steps};
 use super::{
     super::{
         glacier::{Flow, Glacier},
-        kernels::Rheology,
         march::march,
     },
     ice::{DeviceIce, Marching},
@@ -22,8 +21,10 @@ impl DeviceGlacier {
     pub fn new(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<Self, NodeError> {
         job.inputs.iter().try_for_each(InputValue::fetch)?;
         let glacier = Glacier::new(job)?;
-        let rheology = Rheology::new(glacier.params.rate_factor, glacier.params.sliding, glacier.params.yield_stress);
-        let ice = DeviceIce::new(&glacier, &rheology, recorder)?;
+        let Flow::Full { sheet, .. } = &glacier.flow else {
+            return Err(NodeError::failed("ice flows on a device with the full method alone"));
+        };
+        let ice = DeviceIce::new(&glacier, sheet, recorder)?;
         Ok(Self { glacier, ice })
     }
 }

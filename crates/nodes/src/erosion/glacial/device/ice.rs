@@ -1,35 +1,30 @@
 //! The buffers and passes of ice on a device.
 
-use orograph_graph::{
-    Edge,
-    gpu::{ScratchId, Size},
-};
+use orograph_graph::gpu::{ScratchId, Size};
 
 use super::{
     super::{
         climate::{Climate, Layer, PER_DEGREE, TABLE_C},
         glacier::Glacier,
         grid::Grid,
-        kernels::Rheology,
         march::{Flowing, Ledger},
         sheet::{Change, ROUNDS, Sheet},
     },
     ACCEPT, BALANCE, BOOK, CHANGE, FACES, LINES, SIDES, VALUES,
 };
 use crate::{
+    numbers::{Numbers, side},
     numerics::{ledger, par},
     prelude::*,
+    wgsl,
 };
-
-/// Lines that a workgroup solves.
-const LINES_TOGETHER: u32 = 8;
 
 /// Ice on a device, which flows on a bed that the host changes between two marches.
 pub(super) struct DeviceIce {
     grid: Grid,
     /// The height from which the ground is measured, so that small differences of high ground keep their digits.
     datum_m: f64,
-    values: Vec<(&'static str, Scalar)>,
+    values: Numbers,
     bed: ScratchId,
     thickness: ScratchId,
     next: ScratchId,
@@ -51,7 +46,7 @@ pub(super) struct DeviceIce {
 
 impl DeviceIce {
     /// Reserves the buffers; there is no ice yet.
-    pub fn new(glacier: &Glacier, rheology: &Rheology, recorder: &mut dyn Recorder) -> Result<Self, NodeError> {
+    pub fn new(glacier: &Glacier, sheet: &Sheet, recorder: &mut dyn Recorder) -> Result<Self, NodeError> {
         let grid = glacier.grid;
         let (nx, ny) = (grid.nx, grid.ny);
         let empty = Layer::Constant(0.0);
@@ -62,35 +57,33 @@ impl DeviceIce {
             }
         };
         let entries = table.len() / 2;
-        let mut values: Vec<(&'static str, Scalar)> =
-            VALUES.iter().map(|&(name, number)| (name, zero(number))).collect();
+        let mut values = Numbers::new(VALUES);
         for (name, value) in [
             ("k_nx", nx as u32),
             ("k_ny", ny as u32),
-            ("side_west", side(grid.edges[0])),
-            ("side_east", side(grid.edges[1])),
-            ("side_north", side(grid.edges[2])),
-            ("side_south", side(grid.edges[3])),
             ("k_level_step", step(levels)),
             ("k_rain_step", step(rainfall)),
             ("k_entries", entries as u32),
         ] {
-            put(&mut values, name, Scalar::U32(value));
+            values.put(name, Scalar::U32(value));
+        }
+        for (name, edge) in ["side_west", "side_east", "side_north", "side_south"].into_iter().zip(grid.edges) {
+            values.put(name, side(edge));
         }
         let datum_m = (glacier.start.iter().sum::<f64>() / grid.len() as f64).round();
         for (name, value) in [
             ("k_dx", grid.cell_m[0]),
             ("k_dy", grid.cell_m[1]),
-            ("k_deformation", rheology.deformation),
-            ("k_sliding", rheology.sliding),
-            ("k_yield", rheology.yield_m),
+            ("k_deformation", sheet.rheology.deformation),
+            ("k_sliding", sheet.rheology.sliding),
+            ("k_yield", sheet.rheology.yield_m),
             ("k_coldest", TABLE_C[0]),
             ("k_per_degree", PER_DEGREE),
             ("k_datum", datum_m),
         ] {
-            put(&mut values, name, Scalar::F32(value as f32));
+            values.put(name, Scalar::F32(value as f32));
         }
-        let padded = grid.stride() * (ny + 4);
+        let padded = grid.padded_len();
         let mut words = |count: usize| recorder.scratch(Size::Words(count));
         let faces = [(nx + 1) * ny, nx * (ny + 1)];
         let [across, down] = faces
@@ -120,7 +113,7 @@ impl DeviceIce {
 
     /// Begins a march on the bed of a sheet, whose ice is that of the last march.
     pub fn begin(&mut self, recorder: &mut dyn Recorder, sheet: &Sheet, shift_m: f64) -> Result<(), NodeError> {
-        put(&mut self.values, "k_shift", Scalar::F32(shift_m as f32));
+        self.values.put("k_shift", Scalar::F32(shift_m as f32));
         let bed = par::map_of(&sheet.bed, |level| ((level - self.datum_m) as f32).to_bits());
         recorder.write(self.bed, &bed)?;
         recorder.clear(self.book)?;
@@ -130,7 +123,7 @@ impl DeviceIce {
     /// Ends a march: the sheet gets its ice and fluxes, the ledger its sums.
     pub fn end(&self, recorder: &mut dyn Recorder, sheet: &mut Sheet, sums: &mut Ledger) -> Result<(), NodeError> {
         let Grid { nx, ny, .. } = self.grid;
-        let thickness = recorder.read(self.thickness, self.grid.stride() * (ny + 4))?;
+        let thickness = recorder.read(self.thickness, self.grid.padded_len())?;
         let east = recorder.read(self.faces[0][0], (nx + 1) * ny)?;
         let south = recorder.read(self.faces[1][0], nx * (ny + 1))?;
         sheet.take([&thickness, &east, &south]);
@@ -200,13 +193,13 @@ impl DeviceIce {
             ("flux", flux),
         ];
         let lines = [self.grid.ny, self.grid.nx][along] as u32;
-        self.pass(recorder, (&LINES, "lines"), &bind, Over::Groups([lines.div_ceil(LINES_TOGETHER), 1, 1]))
+        self.pass(recorder, (&LINES, "lines"), &bind, Over::Groups([lines.div_ceil(wgsl::LINES_TOGETHER), 1, 1]))
     }
 
     /// Sets the direction of what is recorded next.
     fn turn(&mut self, along: usize, dt_yr: f64) {
-        put(&mut self.values, "k_columns", Scalar::U32(along as u32));
-        put(&mut self.values, "k_scale", Scalar::F32((dt_yr / self.grid.cell_m[along]) as f32));
+        self.values.put("k_columns", Scalar::U32(along as u32));
+        self.values.put("k_scale", Scalar::F32((dt_yr / self.grid.cell_m[along]) as f32));
     }
 }
 
@@ -244,7 +237,7 @@ impl Flowing for Marching<'_> {
     fn attempt(&mut self, dt_yr: f64) -> Result<Change, NodeError> {
         let [over_x, over_y] = self.ice.grid.cell_m.map(|cell_m| (dt_yr / cell_m) as f32);
         for (name, value) in [("k_dt", dt_yr as f32), ("k_over_x", over_x), ("k_over_y", over_y)] {
-            put(&mut self.ice.values, name, Scalar::F32(value));
+            self.ice.values.put(name, Scalar::F32(value));
         }
         for along in [1, 0] {
             self.ice.turn(along, dt_yr);
@@ -258,7 +251,7 @@ impl Flowing for Marching<'_> {
         // a first round does nothing where no cell is overdrawn, and few steps have none
         let mut most_m = 0.0;
         for round in 1..=ROUNDS {
-            put(&mut self.ice.values, "k_last", Scalar::U32(u32::from(round == ROUNDS)));
+            self.ice.values.put("k_last", Scalar::U32(u32::from(round == ROUNDS)));
             self.ice.change(self.recorder, "limit", [0, 0])?;
             self.ice.change(self.recorder, "give", [1, 1])?;
             let is_overdrawn;
@@ -298,30 +291,5 @@ const fn step(layer: &Layer) -> u32 {
     match layer {
         Layer::Constant(_) => 0,
         Layer::Cells(_) => 1,
-    }
-}
-
-const fn zero(number: Number) -> Scalar {
-    match number {
-        Number::F32 => Scalar::F32(0.0),
-        Number::I32 => Scalar::I32(0),
-        Number::U32 => Scalar::U32(0),
-    }
-}
-
-fn put(values: &mut [(&'static str, Scalar)], name: &str, value: Scalar) {
-    debug_assert!(values.iter().any(|(known, _)| *known == name), "no shader has a number `{name}`");
-    if let Some((_, known)) = values.iter_mut().find(|(known, _)| *known == name) {
-        *known = value;
-    }
-}
-
-/// A side of the world as the shaders number it.
-const fn side(edge: Edge) -> u32 {
-    match edge {
-        Edge::Open | Edge::Inland => 0,
-        Edge::Base => 1,
-        Edge::Wall => 2,
-        Edge::Periodic => 3,
     }
 }

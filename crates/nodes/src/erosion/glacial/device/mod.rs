@@ -42,7 +42,7 @@ const VALUES: &[(&str, Number)] = &[
 static SIDES: Shader = Shader {
     name: "erosion/ice_sides",
     source: wgsl!("erosion/ice_sides"),
-    library: &[wgsl::ICE],
+    library: &[wgsl::SIDES, wgsl::ICE],
     values: VALUES,
     slots: &[Slot::words("bed", "f32").updated(), Slot::words("thickness", "f32").updated()],
 };
@@ -50,7 +50,7 @@ static SIDES: Shader = Shader {
 static BALANCE: Shader = Shader {
     name: "erosion/ice_balance",
     source: wgsl!("erosion/ice_balance"),
-    library: &[wgsl::ICE],
+    library: &[wgsl::SIDES, wgsl::ICE],
     values: VALUES,
     slots: &[
         Slot::words("bed", "f32"),
@@ -65,7 +65,7 @@ static BALANCE: Shader = Shader {
 static FACES: Shader = Shader {
     name: "erosion/ice_faces",
     source: wgsl!("erosion/ice_faces"),
-    library: &[wgsl::ICE],
+    library: &[wgsl::SIDES, wgsl::ICE],
     values: VALUES,
     slots: &[
         Slot::words("bed", "f32"),
@@ -79,7 +79,7 @@ static FACES: Shader = Shader {
 static LINES: Shader = Shader {
     name: "erosion/ice_lines",
     source: wgsl!("erosion/ice_lines"),
-    library: &[wgsl::ICE],
+    library: &[wgsl::PARTS, wgsl::SIDES, wgsl::ICE],
     values: VALUES,
     slots: &[
         Slot::words("gain", "f32"),
@@ -94,7 +94,7 @@ static LINES: Shader = Shader {
 static CHANGE: Shader = Shader {
     name: "erosion/ice_change",
     source: wgsl!("erosion/ice_change"),
-    library: &[wgsl::ICE],
+    library: &[wgsl::SIDES, wgsl::ICE],
     values: VALUES,
     slots: &[
         Slot::words("thickness", "f32"),
@@ -110,7 +110,7 @@ static CHANGE: Shader = Shader {
 static ACCEPT: Shader = Shader {
     name: "erosion/ice_accept",
     source: wgsl!("erosion/ice_accept"),
-    library: &[wgsl::ICE],
+    library: &[wgsl::SIDES, wgsl::ICE],
     values: VALUES,
     slots: &[
         Slot::words("next", "f32"),

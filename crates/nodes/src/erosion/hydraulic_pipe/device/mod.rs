@@ -56,7 +56,7 @@ const VALUES: &[(&str, Number)] = &[
 static BEGIN: Shader = Shader {
     name: "erosion/pipe_begin",
     source: wgsl!("erosion/pipe_begin"),
-    library: &[wgsl::MATH, wgsl::PIPE],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE],
     values: VALUES,
     slots: &[
         Slot::input("height"),
@@ -74,7 +74,7 @@ static BEGIN: Shader = Shader {
 static LOAD: Shader = Shader {
     name: "erosion/pipe_load",
     source: wgsl!("erosion/pipe_load"),
-    library: &[wgsl::MATH, wgsl::PIPE],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE],
     values: VALUES,
     slots: &[
         Slot::input("height"),
@@ -89,7 +89,7 @@ static LOAD: Shader = Shader {
 static WATER: Shader = Shader {
     name: "erosion/pipe_water",
     source: wgsl!("erosion/pipe_water"),
-    library: &[wgsl::MATH, wgsl::PIPE, wgsl::PIPE_GHOSTS],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE, wgsl::PIPE_GHOSTS],
     values: VALUES,
     slots: &[
         Slot::cells("bed", "f32"),
@@ -105,7 +105,7 @@ static WATER: Shader = Shader {
 static LIMIT: Shader = Shader {
     name: "erosion/pipe_limit",
     source: wgsl!("erosion/pipe_limit"),
-    library: &[wgsl::MATH, wgsl::PIPE, wgsl::PIPE_FACES],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE, wgsl::PIPE_FACES],
     values: VALUES,
     slots: &[
         Slot::cells("wet", "f32"),
@@ -119,7 +119,7 @@ static LIMIT: Shader = Shader {
 static EXCHANGE: Shader = Shader {
     name: "erosion/pipe_exchange",
     source: wgsl!("erosion/pipe_exchange"),
-    library: &[wgsl::MATH, wgsl::PIPE, wgsl::PIPE_GHOSTS, wgsl::PIPE_FACES],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE, wgsl::PIPE_GHOSTS, wgsl::PIPE_FACES],
     values: VALUES,
     slots: &[
         Slot::input("erodibility"),
@@ -143,7 +143,7 @@ static EXCHANGE: Shader = Shader {
 static CARRY: Shader = Shader {
     name: "erosion/pipe_carry",
     source: wgsl!("erosion/pipe_carry"),
-    library: &[wgsl::MATH, wgsl::PIPE, wgsl::PIPE_FACES],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE, wgsl::PIPE_FACES],
     values: VALUES,
     slots: &[
         Slot::cells("wet", "f32"),
@@ -161,7 +161,7 @@ static CARRY: Shader = Shader {
 static SPREAD: Shader = Shader {
     name: "erosion/pipe_spread",
     source: wgsl!("erosion/pipe_spread"),
-    library: &[wgsl::MATH, wgsl::PIPE],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE],
     values: VALUES,
     slots: &[
         Slot::input("height"),
@@ -178,7 +178,7 @@ static SPREAD: Shader = Shader {
 static SLIP: Shader = Shader {
     name: "erosion/pipe_slip",
     source: wgsl!("erosion/pipe_slip"),
-    library: &[wgsl::MATH, wgsl::PIPE],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE],
     values: VALUES,
     slots: &[
         Slot::input("height"),
@@ -213,7 +213,7 @@ static END: Shader = Shader {
 static VELOCITY: Shader = Shader {
     name: "erosion/pipe_velocity",
     source: wgsl!("erosion/pipe_velocity"),
-    library: &[wgsl::MATH, wgsl::PIPE, wgsl::PIPE_FACES],
+    library: &[wgsl::MATH, wgsl::SIDES, wgsl::PIPE, wgsl::PIPE_FACES],
     values: VALUES,
     slots: &[
         Slot::cells("water", "f32"),

@@ -6,20 +6,20 @@ use super::{
     super::physics::{Pace, Physics, Scheme, Transport},
     CARRY, EXCHANGE, LIMIT, LOAD, SLIP, SPREAD, WATER,
 };
-use crate::prelude::*;
+use crate::{numbers::Numbers, prelude::*};
 
 /// The rasters of a storm, and what the passes over them share.
 pub(super) struct Rasters {
     /// All buffers by the names of their variables.
     buffers: Vec<(&'static str, Bind)>,
     /// Numbers of the run, and of the step.
-    values: Vec<(&'static str, Scalar)>,
+    values: Numbers,
     /// Passes in a periodic world, or with tables of all cells, read any row.
     reads_all: bool,
 }
 
 impl Rasters {
-    pub fn new(values: Vec<(&'static str, Scalar)>, reads_all: bool) -> Self {
+    pub fn new(values: Numbers, reads_all: bool) -> Self {
         Self { buffers: Vec::new(), values, reads_all }
     }
 
@@ -59,11 +59,8 @@ impl Rasters {
     }
 
     /// Changes a number.
-    pub fn put(&mut self, name: &'static str, value: Scalar) {
-        match self.values.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, known)) => *known = value,
-            None => self.values.push((name, value)),
-        }
+    pub fn put(&mut self, name: &str, value: Scalar) {
+        self.values.put(name, value);
     }
 
     pub fn pace(&mut self, pace: &Pace) {

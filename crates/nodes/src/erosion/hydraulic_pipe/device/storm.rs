@@ -21,10 +21,14 @@ use super::{
         storm::checked,
         warm,
     },
-    BEGIN, END, VELOCITY,
+    BEGIN, END, VALUES, VELOCITY,
     rasters::Rasters,
 };
-use crate::{numerics::ledger, prelude::*};
+use crate::{
+    numbers::{Numbers, side},
+    numerics::ledger,
+    prelude::*,
+};
 
 /// The buffers that are read or replaced by name.
 struct Buffers {
@@ -264,7 +268,7 @@ impl Steps for DeviceStorm {
 }
 
 /// The numbers of a run by their names in the shaders: whether there is a spring, and water at the start.
-fn values(physics: &Physics, job: &Job<'_>, [springs, warm]: [bool; 2]) -> Vec<(&'static str, Scalar)> {
+fn values(physics: &Physics, job: &Job<'_>, [springs, warm]: [bool; 2]) -> Numbers {
     let boundary = job.world().boundary;
     let talus_m = (physics.talus * physics.cell_m) as f32;
     let law = match physics.law {
@@ -272,7 +276,8 @@ fn values(physics: &Physics, job: &Job<'_>, [springs, warm]: [bool; 2]) -> Vec<(
         Capacity::Shear => 1,
         Capacity::Speed => 2,
     };
-    vec![
+    let mut values = Numbers::new(VALUES);
+    for (name, value) in [
         ("side_west", side(boundary.west)),
         ("side_east", side(boundary.east)),
         ("side_north", side(boundary.north)),
@@ -285,22 +290,14 @@ fn values(physics: &Physics, job: &Job<'_>, [springs, warm]: [bool; 2]) -> Vec<(
         ("k_springs", Scalar::U32(u32::from(springs))),
         ("k_warm", Scalar::U32(u32::from(warm))),
         ("k_distance", Scalar::I32(1)),
-        ("k_per_time", Scalar::F32(0.0)),
-    ]
+    ] {
+        values.put(name, value);
+    }
+    values
 }
 
 fn bits(samples: &[f32]) -> Vec<u32> {
     samples.iter().map(|v| v.to_bits()).collect()
-}
-
-/// A side of the world as the shaders number it.
-const fn side(edge: Edge) -> Scalar {
-    Scalar::U32(match edge {
-        Edge::Open | Edge::Inland => 0,
-        Edge::Base => 1,
-        Edge::Wall => 2,
-        Edge::Periodic => 3,
-    })
 }
 
 /// The depth of water at the start, where drainage is known: computed on the host, once.
