@@ -283,6 +283,7 @@ impl Builder {
         if let Some(mask) = &options.holes {
             staging.leave(self.holes(request, mask, cancel)?);
         }
+        staging.supersample(request.supersample());
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
         let window = request.window();
         let has_rows = |output: &OutputDecl| output.ty.planes().is_some();

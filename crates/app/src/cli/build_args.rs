@@ -57,15 +57,39 @@ impl BuildArgs {
             ))
             .hint("add one, such as `outputs: { \"height\": \"NODE\" }`"));
         }
-        let is_coarse = |output: &&OutputDecl| output.ty == PortType::Height && self.options.has_format(output.ty);
-        if let Some(height) = request.outputs.iter().find(is_coarse).filter(|_| warnings && format == Format::Png8) {
-            let warning = Page::stderr().doubtful("warning:");
-            terminal::remark(&format!(
-                "{warning} png8 has 256 levels, which is too few for the height `{}`: build heights with `--format png16` \
-                 and masks with png8, in two runs with `--only`\n",
+        if warnings {
+            self.warn(&request.outputs);
+        }
+        Ok(request)
+    }
+
+    /// Warns of options that lose detail, and of options that change none of these outputs.
+    fn warn(&self, outputs: &[OutputDecl]) {
+        let warn = |text: &str| terminal::remark(&format!("{} {text}\n", Page::stderr().doubtful("warning:")));
+        let options = &self.options;
+        let has = |is: &dyn Fn(PortType) -> bool| outputs.iter().any(|output| is(output.ty));
+        let is_coarse = |output: &&OutputDecl| output.ty == PortType::Height && options.has_format(output.ty);
+        if let Some(height) = outputs.iter().find(is_coarse).filter(|_| options.format == Format::Png8) {
+            warn(&format!(
+                "png8 has 256 levels, which is too few for the height `{}`: build heights with `--format png16` and \
+                 masks with png8, in two runs with `--only`",
                 height.name
             ));
         }
-        Ok(request)
+        let is_raster = |ty: PortType| ty.planes().is_some();
+        let has_mesh = |ty: PortType| matches!(ty, PortType::Height | PortType::Lines);
+        let format = match options.engine {
+            Some(_) => "the engine has its own formats for these outputs",
+            None => "no output is a raster of numbers",
+        };
+        let idle = [
+            ("--format", options.format != Format::Exr && !has(&|ty| options.has_format(ty)), format),
+            ("--lines", options.lines.is_some() && !has(&|ty| ty == PortType::Lines), "no output has lines"),
+            ("--tiles", options.tiles().is_some() && !has(&is_raster), "no output is a raster"),
+            ("--mesh", options.mesh.is_some() && !has(&has_mesh), "no output is a height or has lines"),
+        ];
+        for (option, _, why) in idle.into_iter().filter(|(_, is_idle, _)| *is_idle) {
+            warn(&format!("`{option}` has no effect: {why}"));
+        }
     }
 }

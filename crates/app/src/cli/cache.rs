@@ -1,6 +1,7 @@
 //! `orograph cache`: the folder of stored results.
 
 use orograph_graph::bytes;
+use serde_json::json;
 
 use crate::{
     build::storage::{self, Storage},
@@ -21,6 +22,10 @@ pub struct Args {
     /// Another folder of results, as in `run --cache`
     #[arg(long, value_name = "DIR", global = true)]
     cache: Option<std::path::PathBuf>,
+    /// Print one JSON object: `folder`, `bytes`, `results`, `limit_bytes`, `unused` (the reason, or null); of `clear`,
+    /// `deleted` and `bytes`
+    #[arg(long, global = true)]
+    json: bool,
 }
 
 #[derive(Debug, clap::Subcommand)]
@@ -33,7 +38,9 @@ impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         let storage = Storage { cache: self.cache, ..Storage::default() };
         let Some(place) = storage.folder()? else {
-            return terminal::print(&format!("results are not stored: {} is empty\n", storage::VARIABLE));
+            let why = format!("results are not stored: {} is empty", storage::VARIABLE);
+            let nothing = json!({"folder": null, "bytes": 0, "results": 0, "limit_bytes": 0, "unused": why});
+            return terminal::print(&if self.json { format!("{nothing}\n") } else { format!("{why}\n") });
         };
         let unable = |error: std::io::Error| {
             Failure::unable(format!("cannot read the folder `{}`: {}", place.folder.display(), reason(&error)))
@@ -42,6 +49,13 @@ impl Args {
         match self.action {
             None => {
                 let usage = place.usage().map_err(unable)?;
+                if self.json {
+                    let facts = json!({
+                        "folder": place.folder.display().to_string(), "bytes": usage.bytes, "results": usage.files,
+                        "limit_bytes": place.budget, "unused": place.refusal(),
+                    });
+                    return terminal::print(&format!("{facts}\n"));
+                }
                 let refusal = place.refusal().map(|why| format!("unused  {why}\n")).unwrap_or_default();
                 let text = format!(
                     "folder  {}\nsize    {} in {}\nlimit   {}\n{refusal}",
@@ -54,6 +68,10 @@ impl Args {
             }
             Some(Action::Clear) => {
                 let cleared = place.clear().map_err(unable)?;
+                if self.json {
+                    let facts = json!({"deleted": cleared.files, "bytes": cleared.bytes});
+                    return terminal::print(&format!("{facts}\n"));
+                }
                 let count = counted(cleared.files as usize, "result");
                 terminal::print(&format!("deleted {count}, {}\n", bytes(cleared.bytes)))
             }

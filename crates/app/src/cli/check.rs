@@ -18,6 +18,9 @@ use crate::{
 ///
 /// Builds nothing. Exits with 1 if a file has an error; warnings count with `--strict` alone. What depends on the terrain
 /// or the world, such as a lake without an outlet, is found by a run.
+///
+/// Notes name what changes no output: parameters that other settings switch off, and nodes that no output needs. They
+/// never count as errors.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub struct Args {
@@ -30,15 +33,15 @@ pub struct Args {
     /// Print what a file without errors declares: its description, world, inputs, outputs and parameters
     #[arg(long)]
     describe: bool,
-    /// Print events as lines of JSON: each problem, then a summary of the file, then with `--describe` what it declares
+    /// Print events as lines of JSON: each problem and note, then a summary of the file, then with `--describe` what it declares
     #[arg(long)]
     json: bool,
 }
 
 /// The lines of `--json`.
 const HELP: &str = r#"With --json, standard output has one JSON object per line:
-  {"event":"problem","file":PATH,"line":L,"column":C,"severity":"error"|"warning","code":CODE,"message":TEXT,"help":TEXT|null}
-  {"event":"checked","file":PATH,"nodes":N,"outputs":N,"errors":N,"warnings":N}
+  {"event":"problem","file":PATH,"line":L,"column":C,"severity":"error"|"warning"|"note","code":CODE,"message":TEXT,"help":TEXT|null}
+  {"event":"checked","file":PATH,"nodes":N,"outputs":N,"errors":N,"warnings":N,"notes":N}
   {"event":"described","file":PATH,...} with `--describe`, for a file without errors
   {"event":"error","exit":N,"code":CODE,"message":TEXT,"help":TEXT|null} for a file that cannot be read"#;
 
@@ -71,10 +74,13 @@ impl Args {
             if is_wrong && worst == Exit::Done {
                 worst = Exit::Wrong;
             }
+            let notes = document.without_effect();
             if self.json {
-                JsonLines::checked(&document, &source, file);
+                JsonLines::checked(&document, &notes, &source, file);
             } else {
-                terminal::remark(&source.shown(&problems::report_all(&document, &source.path, Page::stderr())));
+                let page = Page::stderr();
+                let text = problems::report_all(&document, &source.path, page);
+                terminal::remark(&source.shown(&(text + &problems::notes(&notes, &document, &source.path, page))));
             }
             if self.describe && !document.has_errors() {
                 terminal::print(&source.shown(&nodes::describe(&document, file, self.json)?))?;
@@ -82,12 +88,12 @@ impl Args {
                 let page = Page::stdout();
                 let nodes = counted(document.nodes().len(), "node");
                 let outputs = counted(document.outputs().len(), "output");
-                let name = file.display();
-                terminal::print(&format!(
-                    "{} {name}  {}\n",
-                    page.good("ok"),
-                    page.dim(&format!("{nodes}, {outputs}"))
-                ))?;
+                let notes = match notes.len() {
+                    0 => String::new(),
+                    count => format!(", {}", counted(count, "note")),
+                };
+                let (ok, name) = (page.good("ok"), file.display());
+                terminal::print(&format!("{ok} {name}  {}\n", page.dim(&format!("{nodes}, {outputs}{notes}"))))?;
             }
         }
         if worst == Exit::Done { Ok(()) } else { Err(Failure::silent(worst)) }

@@ -168,6 +168,9 @@ impl Job<'_> {
         all.insert("source".to_owned(), json!(concat!("orograph ", env!("CARGO_PKG_VERSION"))));
         all.insert("graph".to_owned(), json!(document.source()));
         all.insert("seed".to_owned(), json!(world.seed));
+        if self.request.supersample() > 1 {
+            all.insert("supersample".to_owned(), json!(self.request.supersample()));
+        }
         all.insert("graph_hash".to_owned(), json!(hash.finalize().to_hex().as_str()[..32]));
         Ok(all)
     }

@@ -22,6 +22,9 @@ pub struct Args {
     /// Exit with 1 if there is a difference
     #[arg(long)]
     exit_code: bool,
+    /// Print the changes as JSON: `{"changes":[TEXT,...]}`
+    #[arg(long)]
+    json: bool,
 }
 
 impl Args {
@@ -31,10 +34,12 @@ impl Args {
         let a = problems::open_sound(&a, &registry, false)?;
         let b = problems::open_sound(&b, &registry, false)?;
         let changes = orograph_graph::diff(&a, &b);
-        if changes.is_empty() {
-            return terminal::print("no difference in what they build\n");
-        }
-        terminal::print(&changes.iter().map(|change| format!("{change}\n")).collect::<String>())?;
-        if self.exit_code { Err(Failure::silent(crate::Exit::Wrong)) } else { Ok(()) }
+        let text = match changes.is_empty() {
+            _ if self.json => format!("{}\n", serde_json::json!({"changes": changes})),
+            true => "no difference in what they build\n".to_owned(),
+            false => changes.iter().map(|change| format!("{change}\n")).collect(),
+        };
+        terminal::print(&text)?;
+        if self.exit_code && !changes.is_empty() { Err(Failure::silent(crate::Exit::Wrong)) } else { Ok(()) }
     }
 }

@@ -90,6 +90,13 @@ pub fn report(problems: &[Diagnostic], source: &str, path: &Path, page: Page) ->
     out
 }
 
+/// Notes with their positions; empty if there are none.
+#[must_use]
+pub fn notes(notes: &[Diagnostic], document: &Document, path: &Path, page: Page) -> String {
+    let file = path.display().to_string();
+    notes.iter().map(|note| excerpt(note, document.source(), &file, page) + "\n").collect()
+}
+
 /// The problems of a document, after those of the unusable graph files that it uses, each file once.
 #[must_use]
 pub fn report_all(document: &Document, path: &Path, page: Page) -> String {
@@ -128,20 +135,23 @@ pub fn as_json(document: &Document, path: &Path) -> Vec<Value> {
 }
 
 fn of_file(document: &Document, path: &Path) -> Vec<Value> {
-    let one = |problem: &Diagnostic| {
-        let (line, column) = problem.line_column(document.source());
-        json!({
-            "event": "problem",
-            "file": path.display().to_string(),
-            "line": line,
-            "column": column,
-            "severity": problem.severity.to_string(),
-            "code": problem.code,
-            "message": problem.message,
-            "help": problem.hint,
-        })
-    };
-    document.problems().iter().map(one).collect()
+    document.problems().iter().map(|problem| one_as_json(problem, document, path)).collect()
+}
+
+/// A problem or note of a file as data.
+#[must_use]
+pub fn one_as_json(problem: &Diagnostic, document: &Document, path: &Path) -> Value {
+    let (line, column) = problem.line_column(document.source());
+    json!({
+        "event": "problem",
+        "file": path.display().to_string(),
+        "line": line,
+        "column": column,
+        "severity": problem.severity.to_string(),
+        "code": problem.code,
+        "message": problem.message,
+        "help": problem.hint,
+    })
 }
 
 /// One problem: drawn on a terminal, in plain lines elsewhere.
@@ -189,6 +199,7 @@ impl miette::Diagnostic for Drawn<'_> {
         Some(match self.problem.severity {
             Severity::Error => miette::Severity::Error,
             Severity::Warning => miette::Severity::Warning,
+            Severity::Note => miette::Severity::Advice,
         })
     }
 

@@ -113,7 +113,8 @@ fn check_warns_of_what_cannot_be_computed() {
         place.run(&["run", "g.ron"]).ended(1, &[said]);
         // unfinished, but not needed
         place.write("g.ron", &graph(node, "plain", ""));
-        assert_eq!(place.run(&["check", "g.ron"]).done().err, "");
+        let noted = place.run(&["check", "g.ron"]).done().err;
+        assert!(noted.starts_with("note: no output needs `it`") && !noted.contains("warning"), "{noted}");
     }
     let is_quiet = |node: &str, more: &str| {
         place.write("g.ron", &graph(node, "it", more));
@@ -275,4 +276,21 @@ fn names_of_outputs_that_are_one_file_on_some_system() {
         place.write("g.ron", &format!("(nodes: {{ \"c\": Constant }}, outputs: {{ \"{a}\": \"c\", \"{b}\": \"c\" }})"));
         place.run(&["run", "g.ron", "--cells", "8"]).ended(1, &[why]);
     }
+}
+
+/// An option that none of the outputs uses is named; a quiet run says nothing.
+#[test]
+fn options_without_effect() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let idle = ["run", "g.ron", "--only", "picture", "--format", "tiff", "--mesh", "glb", "--lines", "metres"];
+    let ran = place.run(&idle).done();
+    for option in ["--format", "--mesh", "--lines"] {
+        assert!(ran.err.contains(&format!("`{option}` has no effect: ")), "{option}: {ran:?}");
+    }
+    assert_eq!(place.run(&[&idle[..], &["-q"]].concat()).done().err, "");
+    let used = place.run(&["run", "g.ron", "--only", "height", "--format", "tiff", "--mesh", "glb"]).done();
+    assert!(!used.err.contains("no effect"), "{used:?}");
+    let set = ["run", "g.ron", "--set", "plain.colour=3"];
+    place.run(&set).ended(1, &["has no input or parameter `colour`", "it has `value`"]);
 }

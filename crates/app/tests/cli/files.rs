@@ -19,6 +19,31 @@ fn check_passes_valid_files_and_counts_the_rest() {
     assert!(ran.out.contains("ok a.ron"), "{ran:?}");
 }
 
+/// What changes no output is a note, which is not counted as a problem; no preset has any.
+#[test]
+fn check_notes_what_has_no_effect() {
+    let place = Place::new();
+    let text = SMALL.replace("nodes: {", "nodes: { \"spare\": Constant(value: 3),");
+    place.write("g.ron", &text.replace("Constant(value: 700)", "Fractal(kind: swiss, detail: 0.3)"));
+    let ran = place.run(&["check", "--strict", "g.ron"]).done();
+    assert!(ran.out.contains("4 nodes, 3 outputs, 2 notes"), "{ran:?}");
+    for text in ["no output needs `spare`", "`detail` of `plain` has no effect", "g.ron:5:"] {
+        assert!(ran.err.contains(text), "`{text}`: {ran:?}");
+    }
+    let lines = super::json_lines(&place.run(&["check", "--json", "g.ron"]).done().out);
+    let last = lines.last().expect("a line");
+    assert_eq!([last["notes"].as_u64(), last["warnings"].as_u64()], [Some(2), Some(0)]);
+    assert_eq!(lines[0]["severity"], "note");
+
+    let graphs: Vec<String> = fs::read_dir(repository("graphs"))
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path().display().to_string())
+        .filter(|path| path.ends_with(".ron"))
+        .collect();
+    let ran = place.run(&[&["check"], &graphs.iter().map(String::as_str).collect::<Vec<_>>()[..]].concat()).done();
+    assert_eq!((ran.err.as_str(), ran.out.lines().count()), ("", graphs.len()), "{ran:?}");
+}
+
 #[test]
 fn fmt_keeps_comments_and_is_idempotent() {
     let place = Place::new();
@@ -68,6 +93,9 @@ fn diff_lists_what_changed() {
     let ran = place.run(&["diff", "a.ron", "b.ron"]).done();
     assert_eq!(ran.out, "plain.value 700 → 900\n");
     place.run(&["diff", "a.ron", "b.ron", "--exit-code"]).ended(1, &[]);
+    let ran = place.run(&["diff", "a.ron", "b.ron", "--exit-code", "--json"]).ended(1, &[]);
+    assert_eq!(ran.out, "{\"changes\":[\"plain.value 700 → 900\"]}\n");
+    assert_eq!(place.run(&["diff", "a.ron", "a.ron", "--json"]).done().out, "{\"changes\":[]}\n");
     place.run(&["diff", "a.ron", "none.ron"]).ended(1, &["none.ron"]);
 }
 

@@ -52,11 +52,11 @@ fn supersampling_averages_a_build_on_finer_cells() {
         }
         assert!((0..10).all(|y| part[y * 10..][..10] == mean[(20 + y) * 96 + 10..][..10]), "window of {output}");
     }
-    let hash = |folder: &str| {
-        let sidecar: serde_json::Value =
-            serde_json::from_str(&place.read(&format!("{folder}/rivers.r32.json"))).expect("JSON");
-        sidecar["graph_hash"].as_str().expect("a hash").to_owned()
+    let sidecar = |folder: &str| -> serde_json::Value {
+        serde_json::from_str(&place.read(&format!("{folder}/rivers.r32.json"))).expect("JSON")
     };
+    assert_eq!([sidecar("fine")["supersample"].as_u64(), sidecar("mean")["supersample"].as_u64()], [None, Some(2)]);
+    let hash = |folder: &str| sidecar(folder)["graph_hash"].as_str().expect("a hash").to_owned();
     assert!(hash("fine") != hash("mean") && hash("fine").len() == hash("mean").len());
     for factor in ["0", "9"] {
         place.run(&["run", "g.ron", "--supersample", factor, "-o", "none"]).ended(1, &["not from 1 to 8"]);
@@ -132,6 +132,13 @@ fn the_cache_folder_is_shown_and_cleared() {
     let lines = json_lines(&place.run(&args).done().out);
     let nodes: Vec<_> = lines.iter().filter(|line| line["event"] == "node").collect();
     assert!(!nodes.is_empty() && nodes.iter().all(|node| node["origin"] == "disk"), "{nodes:?}");
+    let json = |args: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&place.run(&[args, &["--cache", "kept", "--json"]].concat()).done().out).expect("JSON")
+    };
+    let found = json(&["cache"]);
+    assert!(found["results"].as_u64() > Some(0) && found["bytes"].as_u64() > Some(0), "{found}");
+    assert_eq!(json(&["cache", "clear"])["deleted"], found["results"]);
+    place.run(&["run", "g.ron", "-q", "--cache", "kept"]).done();
     assert!(place.run(&["cache", "clear", "--cache", "kept"]).done().out.contains("deleted"));
     assert!(place.run(&["cache", "--cache", "kept"]).done().out.contains("0 results"));
     assert!(place.run(&["cache"]).done().out.contains("OROGRAPH_CACHE"), "turned off in these tests");

@@ -12,6 +12,7 @@
 
 mod check;
 mod edit;
+mod effect;
 mod expand;
 mod file;
 mod json;

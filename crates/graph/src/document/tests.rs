@@ -7,6 +7,7 @@ use crate::{
 
 mod costs;
 mod edits;
+mod effect;
 mod expect;
 mod extract;
 mod form;

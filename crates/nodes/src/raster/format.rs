@@ -90,6 +90,8 @@ pub struct Meta {
     pub quantity: String,
     /// Symbol of their unit.
     pub unit: String,
+    /// Finer cells along the side of each cell that the values were computed from, if there were several.
+    pub supersample: Option<u32>,
     /// Hash of the graph that built the values.
     pub graph_hash: Option<String>,
     /// Import settings for another program.

@@ -65,6 +65,9 @@ pub struct Sidecar {
     /// Sea level of the world in metres, if it has a sea.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sea_level_m: Option<f64>,
+    /// Finer cells along the side of each cell whose values it holds, if there were several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supersample: Option<u32>,
     /// Hash of the graph that built the raster.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub graph_hash: Option<String>,
@@ -141,6 +144,7 @@ impl Sidecar {
             import: meta.import.clone(),
             seed: Some(window.world.seed),
             sea_level_m: window.world.sea_level,
+            supersample: meta.supersample,
             graph_hash: meta.graph_hash.clone(),
             program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
             ..Self::default()

@@ -83,6 +83,7 @@ fn show(ui: &mut Ui, line: &Line) -> bool {
     let (icon, colour) = match line.severity {
         Severity::Error => ("⛔", ui.visuals().error_fg_color),
         Severity::Warning => ("⚠", ui.visuals().warn_fg_color),
+        Severity::Note => ("ℹ", ui.visuals().text_color()),
     };
     let mut clicked = false;
     ui.horizontal_top(|ui| {

@@ -40,6 +40,8 @@ pub struct OutputFolder {
     pub(super) options: OutputOptions,
     /// The cells that are written without data.
     pub(super) holes: Option<Holes>,
+    /// Finer cells along the side of each cell that the outputs are computed from.
+    pub(super) supersample: u32,
     /// The names of the outputs in their order.
     outputs: Vec<String>,
     /// The files of each complete output, by its index.
@@ -91,6 +93,7 @@ impl OutputFolder {
             staging: None,
             options: options.clone(),
             holes: None,
+            supersample: 1,
             outputs: outputs.iter().map(|output| output.name.clone()).collect(),
             complete: Mutex::default(),
         };
@@ -111,6 +114,11 @@ impl OutputFolder {
     /// Leaves cells without data in the files of writers that begin after it.
     pub fn leave(&mut self, holes: Holes) {
         self.holes = Some(holes);
+    }
+
+    /// Makes sidecars state that each cell is computed from N x N finer ones.
+    pub const fn supersample(&mut self, factor: u32) {
+        self.supersample = factor;
     }
 
     /// All files that outputs can have in a folder.

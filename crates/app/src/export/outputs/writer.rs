@@ -212,6 +212,7 @@ impl<'a> OutputWriter<'a> {
         let meta = Meta {
             quantity: quantity(output.ty).to_owned(),
             unit: output.ty.unit().symbol().to_owned(),
+            supersample: Some(folder.supersample).filter(|factor| *factor > 1),
             graph_hash: Some(key.to_owned()),
             import: import.clone(),
             shows: Some(shows),

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs::File, path::Path, sync::OnceLock};
 
-use orograph_graph::{Document, Event, Origin, Severity};
+use orograph_graph::{Diagnostic, Document, Event, Origin, Severity};
 use serde_json::{Value, json};
 
 use super::Progress;
@@ -70,13 +70,17 @@ impl JsonLines {
         error(failure);
     }
 
-    /// Reports what a check found.
-    pub fn checked(document: &Document, source: &Source, file: &Path) {
+    /// Reports what a check found: problems, then notes, then their numbers.
+    pub fn checked(document: &Document, notes: &[Diagnostic], source: &Source, file: &Path) {
         Self::problems(document, source);
+        for note in notes {
+            say_text(&source.shown(&problems::one_as_json(note, document, &source.path).to_string()));
+        }
         let count = |severity| document.problems().iter().filter(|problem| problem.severity == severity).count();
         say(&json!({
             "event": "checked", "file": file.display().to_string(), "nodes": document.nodes().len(),
             "outputs": document.outputs().len(), "errors": count(Severity::Error), "warnings": count(Severity::Warning),
+            "notes": notes.len(),
         }));
     }
 

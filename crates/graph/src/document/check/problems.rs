@@ -52,7 +52,7 @@ impl Problems {
     pub(crate) fn push(&mut self, problem: Diagnostic) {
         let tally = match problem.severity {
             Severity::Error => &mut self.errors,
-            Severity::Warning => &mut self.warnings,
+            Severity::Warning | Severity::Note => &mut self.warnings,
         };
         if tally.kept < MOST_KEPT {
             tally.kept += 1;

@@ -6,6 +6,7 @@ use crate::{
     document::{
         check::{
             args::{args, kind_of, migrate, version},
+            problems::list,
             sea::{self, Own, moved_hint},
         },
         edit::EditError,
@@ -169,5 +170,6 @@ pub(super) fn has_value(kind: &Node, node: &str, name: &str) -> Result<(), EditE
         return Err(EditError::Refused { message, hint: Some(hint) });
     }
     let hint = closest(name, names()).map(|near| format!("did you mean `{near}`?"));
-    Err(EditError::Refused { message, hint })
+    let hint = hint.unwrap_or_else(|| format!("it has {}", list(names())));
+    Err(EditError::Refused { message, hint: Some(hint) })
 }
