@@ -1,6 +1,9 @@
-//! The first image file directory of a TIFF: where its tags have their values, each checked against the file's length.
+//! An image file directory of a TIFF: where its tags have their values, each checked against the file's length.
 
-use std::{collections::BTreeMap, io::Read};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    io::Read,
+};
 
 use orograph_graph::memory::zeroed;
 
@@ -8,6 +11,7 @@ use crate::raster::{Problem, reader::Shared};
 
 /// The tags that are read.
 pub(super) mod tag {
+    pub const NEW_SUBFILE_TYPE: u16 = 254;
     pub const IMAGE_WIDTH: u16 = 256;
     pub const IMAGE_LENGTH: u16 = 257;
     pub const BITS_PER_SAMPLE: u16 = 258;
@@ -37,7 +41,11 @@ pub(super) mod tag {
 pub(super) struct Directory<'f, 'a> {
     file: &'f Shared<'a>,
     big_endian: bool,
+    /// True in a BigTIFF.
+    big: bool,
     entries: BTreeMap<u16, Entry>,
+    /// Where the next directory begins; 0 after the last.
+    next: u64,
 }
 
 struct Entry {
@@ -50,6 +58,11 @@ struct Entry {
 
 /// Maximum number of tags, which a classic TIFF cannot exceed.
 const MOST_TAGS: u64 = 0xffff;
+/// Maximum number of directories that are looked at; those of a damaged file may form a ring.
+const MOST_IMAGES: usize = 1000;
+/// Flags of the subfile type.
+const REDUCED: u64 = 1;
+const MASK: u64 = 4;
 /// Maximum number of values of a tag that has one per band, or few.
 const FEW: usize = 1 << 16;
 /// Maximum number of bytes of a text; the rest is not read.
@@ -86,8 +99,14 @@ impl<'f, 'a> Directory<'f, 'a> {
         let big_endian = slice(file, 0, 1)? == b"M";
         let number = |at: u64, len: u64| Ok::<_, Problem>(unsigned(&slice(file, at, len)?, big_endian));
         let big = number(2, 2)? == 43;
-        // position of the first directory; lengths of its count, of a tag's count and of an offset
-        let (at, count_len, word) = if big { (number(8, 8)?, 8, 8) } else { (number(4, 4)?, 2, 4) };
+        let at = if big { number(8, 8)? } else { number(4, 4)? };
+        Self::parse_at(file, big_endian, big, at)
+    }
+
+    fn parse_at(file: &'f Shared<'a>, big_endian: bool, big: bool, at: u64) -> Result<Self, Problem> {
+        let number = |at: u64, len: u64| Ok::<_, Problem>(unsigned(&slice(file, at, len)?, big_endian));
+        // lengths of the count of tags, and of a tag's count and an offset
+        let (count_len, word) = if big { (8, 8) } else { (2, 4) };
         let count = number(at, count_len)?;
         if count > MOST_TAGS {
             return Err(Problem::damaged(format!("it claims {count} tags")));
@@ -109,7 +128,21 @@ impl<'f, 'a> Directory<'f, 'a> {
             let at = file.section(value_at, len).map(|_| value_at);
             entries.entry(name).or_insert(Entry { kind, at, count });
         }
-        Ok(Self { file, big_endian, entries })
+        // a file may end with its last directory
+        let next = number(table_at + count * entry_len, word).unwrap_or(0);
+        Ok(Self { file, big_endian, big, entries, next })
+    }
+
+    /// Returns the number of images after this one, without overviews and masks; what cannot be read is not counted.
+    pub(super) fn further_images(&self) -> usize {
+        let (mut next, mut seen, mut found) = (self.next, BTreeSet::from([0]), 0);
+        while seen.insert(next) && seen.len() <= MOST_IMAGES {
+            let Ok(other) = Self::parse_at(self.file, self.big_endian, self.big, next) else { break };
+            let kind = other.number(tag::NEW_SUBFILE_TYPE).ok().flatten().unwrap_or(0);
+            found += usize::from(kind & (REDUCED | MASK) == 0);
+            next = other.next;
+        }
+        found
     }
 
     /// Returns true if numbers are big-endian.

@@ -45,6 +45,10 @@ pub(super) fn open(source: Source<'_>) -> Result<Reader<'_>, Problem> {
     if bands > 1 {
         head.notes.push(format!("the file has {bands} bands; the first is read"));
     }
+    match directory.further_images() {
+        0 => {}
+        more => head.notes.push(format!("the file has {} images; the first is read", more + 1)),
+    }
     let items = directory.text(tag::GDAL_METADATA)?.map(|xml| Items::parse(&xml)).transpose()?.unwrap_or_default();
     let is_south_up = georeference::read(&directory, &items, &mut head)?;
     let tiff = Tiff::new(file, layout, nodata, is_south_up)?;

@@ -229,6 +229,30 @@ fn the_first_of_several_bands_is_read_and_the_user_told() {
     assert!(raster.head.notes[0].contains("2 bands"), "{:?}", raster.head.notes);
 }
 
+/// Overviews and masks are no further images; directories in a ring are read once.
+#[test]
+fn the_first_of_several_images_is_read_and_the_user_told() {
+    let notes = |kinds: &[u32], ring: bool| {
+        let mut file = tiff(2, 1, &[1, 2], &[]);
+        for (index, kind) in kinds.iter().enumerate() {
+            let (link, at) = (file.len() - 4, file.len() as u32);
+            file[link..].copy_from_slice(&at.to_le_bytes());
+            file.extend([1, 0]);
+            file.extend(tag::NEW_SUBFILE_TYPE.to_le_bytes());
+            file.extend([4, 0, 1, 0, 0, 0]);
+            file.extend(kind.to_le_bytes());
+            let is_last = index + 1 == kinds.len();
+            file.extend(if ring && is_last { at } else { 0 }.to_le_bytes());
+        }
+        let raster = read(&file).expect("readable");
+        assert_eq!(raster.samples, [1.0, 2.0]);
+        raster.head.notes
+    };
+    assert_eq!(notes(&[1, 4, 5], false), [""; 0]);
+    assert_eq!(notes(&[0, 2, 1], false), ["the file has 3 images; the first is read"]);
+    assert_eq!(notes(&[0], true), ["the file has 2 images; the first is read"]);
+}
+
 #[test]
 fn a_header_that_claims_gigabytes_is_refused() {
     let small = [0_u16; 400];
