@@ -9,8 +9,9 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, EvalError, Evaluation, Evaluator, EvaluatorOptions, Exactness, Field, GeoPlace, InputValue, Measure, Node,
-    OutputType, ParamSpec, ParamValues, PortType, Request, Resolution, Store, Strata, Value, When, Window, World,
+    Cancel, EvalError, Evaluation, Evaluator, EvaluatorOptions, Exactness, Field, GeoPlace, InputValue, Kind, Measure,
+    Node, OutputType, ParamSpec, ParamValue, ParamValues, PortType, Request, Resolution, Store, Strata, Value, When,
+    Window, World,
 };
 use orograph_nodes::{numerics::simd, registry};
 use orograph_tests::{
@@ -175,6 +176,14 @@ fn parameters_without_effect_change_nothing() {
                         {
                             rests(node, spec, when, |case| Some(set(case, &[(governs.name, value.clone())])))?;
                         }
+                    }
+                    When::NonZero(name) => {
+                        let governs = specs.iter().find(|other| other.name == *name).ok_or("no such parameter")?;
+                        let zero = match governs.kind {
+                            Kind::Int { .. } => ParamValue::Int(0),
+                            _ => ParamValue::Float(0.0),
+                        };
+                        rests(node, spec, when, |case| Some(set(case, &[(governs.name, zero.clone())])))?;
                     }
                     When::Wired(name) => {
                         let input = position(name).ok_or("no such input")?;

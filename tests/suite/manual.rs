@@ -75,6 +75,7 @@ fn codes_of_problems_are_documented() {
             let before = [
                 "Diagnostic::error(",
                 "Diagnostic::warning(",
+                "Diagnostic::note(",
                 "Misfit::new(",
                 "=> \"",
                 "Exit::Wrong, ",

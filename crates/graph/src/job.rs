@@ -357,12 +357,7 @@ impl Job<'_> {
     /// When the parameter is empty.
     pub fn file(&self, name: &str) -> Result<PathBuf, NodeError> {
         let FileName(file) = self.params.read(name);
-        if file.is_empty() {
-            return Err(NodeError::failed_with_hint(
-                "no file is named",
-                format!("write `{name}: \"my.tif\"`, relative to the graph file"),
-            ));
-        }
+        require_file(&file, name)?;
         Ok(self.folder.join(file))
     }
 
@@ -450,4 +445,18 @@ pub const fn mix(mut x: u32) -> u32 {
     x ^= x >> 15;
     x = x.wrapping_mul(0x846c_a68b);
     x ^ (x >> 16)
+}
+
+/// Checks that a parameter names a file.
+///
+/// # Errors
+/// When it is empty.
+pub fn require_file(file: &str, name: &str) -> Result<(), NodeError> {
+    if !file.is_empty() {
+        return Ok(());
+    }
+    Err(NodeError::failed_with_hint(
+        "no file is named",
+        format!("write `{name}: \"my.tif\"`, relative to the graph file"),
+    ))
 }

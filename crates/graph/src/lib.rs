@@ -59,7 +59,9 @@ pub use eval::{
 pub use field::Field;
 pub use given::Given;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
-pub use job::{Cancel, Coarser, Glimpses, InputValue, Job, Lane, LevelJob, NodeError, Outputs, Wanted, Warnings, mix};
+pub use job::{
+    Cancel, Coarser, Glimpses, InputValue, Job, Lane, LevelJob, NodeError, Outputs, Wanted, Warnings, mix, require_file,
+};
 pub use lines::{Area, Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{

@@ -53,6 +53,8 @@ pub enum When {
         /// The values, as written in a file.
         is: &'static [&'static str],
     },
+    /// A number is not 0.
+    NonZero(&'static str),
     /// The input that the parameter belongs to is wired.
     Wired(&'static str),
     /// The input that would replace the parameter is not wired.
@@ -67,6 +69,7 @@ impl When {
             Self::Setting { param, is } => {
                 values.get(param).is_none_or(|value| is.contains(&value.to_string().as_str()))
             }
+            Self::NonZero(param) => !matches!(values.get(param), Some(ParamValue::Float(0.0) | ParamValue::Int(0))),
             Self::Wired(input) => is_wired(input),
             Self::Unwired(input) => !is_wired(input),
         }
@@ -80,6 +83,7 @@ impl fmt::Display for When {
                 let names: Vec<String> = is.iter().map(|name| format!("`{name}`")).collect();
                 write!(f, "`{param}` is {}", names.join(" or "))
             }
+            Self::NonZero(param) => write!(f, "`{param}` is not 0"),
             Self::Wired(input) => write!(f, "`{input}` is wired"),
             Self::Unwired(input) => write!(f, "`{input}` is not wired"),
         }

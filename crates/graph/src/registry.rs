@@ -207,6 +207,18 @@ fn check_settings(node: &Node, spec: &ParamSpec, faults: &mut Vec<String>) {
     for when in spec.when {
         let (param, is) = match when {
             When::Setting { param, is } => (param, is),
+            When::NonZero(param) => {
+                let number = |other: &ParamSpec| match other.kind {
+                    Kind::Float { hard: [low, high], .. } => low <= 0.0 && high >= 0.0,
+                    Kind::Int { hard: [low, high], .. } => low <= 0 && high >= 0,
+                    _ => false,
+                };
+                if !node.specs().iter().any(|other| other.name == *param && other.name != spec.name && number(other)) {
+                    faults
+                        .push(format!("`{}` has an effect where {when}, which is no number that may be 0", spec.name));
+                }
+                continue;
+            }
             When::Wired(input) | When::Unwired(input) => {
                 let optional = |other: &&Input| other.name == *input && other.fallback != Fallback::Required;
                 if !node.inputs.iter().any(|other| optional(&other)) {
@@ -331,6 +343,12 @@ mod tests {
                     spec("fed", &[When::Wired("mask")]),
                     spec("bare", &[When::Unwired("mask")]),
                     spec("stray", &[When::Unwired("dry")]),
+                    spec("none", &[When::NonZero("dry")]),
+                    spec("some", &[When::NonZero("amount")]),
+                    ParamSpec {
+                        kind: Kind::Float { default: 5.0, hard: [0.0, 9.0], soft: [0.0, 9.0] },
+                        ..spec("amount", &[])
+                    },
                 ]
             },
             inputs: &[Input::mask("mask", "A sentence.")],
@@ -342,7 +360,8 @@ mod tests {
             found.contains("`stray` has an effect where `dry` is not wired, which is no optional input"),
             "{found}"
         );
-        assert!(!["`fine`", "`fed`", "`bare`"].iter().any(|sound| found.contains(sound)), "{found}");
+        assert!(found.contains("`none` has an effect where `dry` is not 0, which is no number"), "{found}");
+        assert!(!["`fine`", "`fed`", "`bare`", "`some`"].iter().any(|sound| found.contains(sound)), "{found}");
     }
 
     #[test]

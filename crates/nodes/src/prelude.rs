@@ -5,7 +5,7 @@ pub(crate) use orograph_graph::{
     OutlinePoints, Outputs, ParamValues, PathPoints, PortType, Position, Reach, Report, Resolution, Scratch, Seed,
     Sizing, Stated, Step, StepPoints, TimedStrokes, Unit, Waypoints, Window, choice,
     gpu::{Bind, GpuKernel, Number, Over, Pass, Passes, Ports, Recorder, Rows, Scalar, Shader, Slot, Tolerance},
-    inputs, outputs, params,
+    inputs, outputs, params, require_file,
 };
 
 pub(crate) use crate::wgsl::wgsl;

@@ -16,8 +16,8 @@ use crate::{
 
 /// Lists all problems of graph files at once, with their position and a fix
 ///
-/// Builds nothing. Exits with 1 if a file has an error; warnings count with `--strict` alone. What depends on the terrain
-/// or the world, such as a lake without an outlet, is found by a run.
+/// Builds nothing. Exits with 1 if a file has an error, and with `--strict` also if it has a warning. What depends on the
+/// terrain or the world, such as a lake without an outlet, is found by a run.
 ///
 /// Notes name what changes no output: parameters that other settings switch off, and nodes that no output needs. They
 /// never count as errors.
@@ -27,13 +27,14 @@ pub struct Args {
     /// Graph files; `-` is standard input
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
-    /// Exit with 1 for warnings too, as a build needs that nobody watches
+    /// Exit with 1 for warnings too, for builds that run unattended
     #[arg(long)]
     strict: bool,
     /// Print what a file without errors declares: its description, world, inputs, outputs and parameters
     #[arg(long)]
     describe: bool,
-    /// Print events as lines of JSON: each problem and note, then a summary of the file, then with `--describe` what it declares
+    /// Print events as lines of JSON: each problem and note, then a summary of the file, then with `--describe` what it
+    /// declares
     #[arg(long)]
     json: bool,
 }

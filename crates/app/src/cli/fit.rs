@@ -15,7 +15,7 @@ use crate::{
     build::{
         Builder,
         fit::Vary,
-        request::{Cells, Changes, Means, Request},
+        request::{Cells, Changes, Means, Request, same_value},
     },
     cli::run::REMEMBERED,
     files::{
@@ -66,12 +66,13 @@ pub struct Args {
     /// Graph file to write: the graph with the fitted values
     #[arg(short, long, value_name = "OUT.ron")]
     out: PathBuf,
-    /// Cells along the world's longer side, or along both (`2048x1024`); cells stay square
+    /// Cells along the world's longer side, or along both (`2048x1024`). Cells stay square: along the shorter side, the world
+    /// may change by half a cell
     #[arg(long, value_name = "N|WxH")]
     cells: Option<Cells>,
     /// Maximum number of evaluations of the search, 200 by default, 20 for a field; the loss around the result takes four
     /// more per parameter
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = evaluations)]
     evaluations: Option<NonZero<usize>>,
     #[command(flatten)]
     scale: Scale,
@@ -82,11 +83,22 @@ pub struct Args {
     json: bool,
 }
 
+fn evaluations(text: &str) -> Result<NonZero<usize>, String> {
+    text.parse().map_err(|_| "it is not a whole number above 0".to_owned())
+}
+
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         self.check()?;
         let changes = Changes { cells: self.cells, ..Changes::default() };
         let request = Request::new(&self.file, &changes, &orograph_nodes::registry(), true)?;
+        for (at, vary) in self.vary.iter().enumerate() {
+            let same = |other: &&Vary| same_value(&request.document, other.place(), vary.place());
+            if let Some(other) = self.vary[..at].iter().find(same) {
+                let what = format!("`{}` and `{}` vary the same value", other.place(), vary.place());
+                return Err(Failure::wrong(what).hint("remove one of them"));
+            }
+        }
         let is_field = self.vary[0].is_field();
         if is_field { field::run(&self, &request) } else { numbers::run(&self, &request) }
     }

@@ -72,6 +72,13 @@ impl Args {
             let warning = Page::stderr().doubtful("warning:");
             terminal::remark(&format!("{warning} `{}`: {remark}\n", file.display()));
         }
+        if let Some(quantity) = raster::other_quantity(&file) {
+            let warning = Page::stderr().doubtful("warning:");
+            terminal::remark(&format!(
+                "{warning} `{}`: the file beside it says that it holds {quantity}; the graph reads its values as heights\n",
+                file.display()
+            ));
+        }
         // terrain continues beyond the raster
         let world = World { boundary: Boundary::all(Edge::Inland), ..extent.world() };
         if let Err(error) = world.check() {

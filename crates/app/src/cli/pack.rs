@@ -15,8 +15,8 @@ use crate::{
 
 /// Packs a graph with the graph files and the imported files that it reads into one archive
 ///
-/// `run`, `check`, `render` and `diff` accept the archive instead of the graph. Only graphs and rasters are packed.
-/// Equal files give equal archives.
+/// `run`, `watch`, `check`, `render` and `diff` accept the archive instead of the graph. Only graphs and rasters are
+/// packed. Equal files give equal archives.
 #[derive(Debug, clap::Args)]
 pub struct PackArgs {
     /// Graph file

@@ -27,8 +27,8 @@ pub struct Perspective {
     /// Vertical exaggeration; 1 is true to scale [default: 1]
     #[arg(long, value_name = "FACTOR", value_parser = number)]
     exaggeration: Option<f64>,
-    /// Colours of the terrain if `--colour` names no output [default: natural]
-    #[arg(long, value_enum)]
+    /// Colours of the terrain without `--colour` [default: natural]
+    #[arg(long, value_enum, conflicts_with = "colour")]
     tints: Option<Tints>,
     /// Output of the graph with the colours of the terrain, without lighting
     #[arg(long, value_name = "NAME")]

@@ -32,9 +32,9 @@ use crate::{
 /// How terrain is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum View {
-    /// Elevation tints with light from the north-west
+    /// Elevation tints with light from the north-west; gentle terrain is exaggerated
     Map,
-    /// Hillshade only, in grey
+    /// Hillshade only, in grey, exaggerated in the same way
     Hillshade,
     /// A 3D view with sun and sky
     #[value(name = "3d")]

@@ -7,7 +7,7 @@ use std::{
 };
 
 use crate::{
-    build::request::{Changes, Request, Setting},
+    build::request::{Changes, Request, Setting, same_value},
     report::{failure::Failure, terminal::counted},
 };
 
@@ -118,7 +118,9 @@ fn range(from: &str, rest: &str) -> Result<Vec<String>, String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
     let (first, last, by) = (number(from)?, number(to)?, number(step)?);
     if by <= 0.0 || last < first {
-        return Err(format!("`{from}..{rest}` has no value: a range goes up, with a step above 0"));
+        return Err(format!(
+            "`{from}..{rest}` is empty: the second number must be larger than the first, and the step above 0"
+        ));
     }
     // A rounding error of the last step still counts as the end.
     let count = ((last - first) / by * (1.0 + 1e-12) + 1e-9).floor();
@@ -164,12 +166,21 @@ pub fn variants(
     template: &Path,
 ) -> Result<Vec<Variant>, Failure> {
     for (at, sweep) in sweeps.iter().enumerate() {
-        let set = changes.set.iter().any(|setting| setting.place == sweep.place);
-        if set || sweep.place == SEED && changes.seed.is_some() {
-            return Err(Failure::wrong(format!("`{}` is both set and swept", sweep.place)).hint("remove one of them"));
+        let same = |other: &str| same_value(&request.document, other, &sweep.place);
+        let set = changes.set.iter().find(|setting| same(&setting.place));
+        if set.is_some() || sweep.place == SEED && changes.seed.is_some() {
+            let what = match set.filter(|set| set.place != sweep.place) {
+                Some(set) => format!("`{}` is set and `{}` swept, but they are the same value", set.place, sweep.place),
+                None => format!("`{}` is both set and swept", sweep.place),
+            };
+            return Err(Failure::wrong(what).hint("remove one of them"));
         }
-        if sweeps[..at].iter().any(|other| other.place == sweep.place) {
-            return Err(Failure::wrong(format!("`{}` is swept twice", sweep.place)).hint("write one list of values"));
+        if let Some(other) = sweeps[..at].iter().find(|other| same(&other.place)) {
+            return Err(match other.place == sweep.place {
+                true => Failure::wrong(format!("`{}` is swept twice", sweep.place)).hint("write one list of values"),
+                false => Failure::wrong(format!("`{}` and `{}` sweep the same value", other.place, sweep.place))
+                    .hint("remove one of them"),
+            });
         }
     }
     let count = sweeps.iter().try_fold(1_usize, |all, sweep| all.checked_mul(sweep.values.len()));

@@ -17,7 +17,7 @@ pub const FILLED: &str = "are filled from those around";
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Scale {
     /// Cell size of a height file in metres, if the file does not state it or states it wrong
-    #[arg(long, value_name = "METRES", value_parser = length)]
+    #[arg(long, value_name = "METRES", value_parser = length, allow_hyphen_values = true)]
     pub cell: Option<f64>,
     /// Heights in metres of the lowest and the highest code of a 16-bit or 8-bit file, if no file beside it states them
     #[arg(long, value_name = "LO,HI", value_parser = range, allow_hyphen_values = true)]
@@ -76,6 +76,13 @@ pub fn read(path: &Path, scale: &Scale, done: &str) -> Result<Heights, Failure> 
         return Err(wrong("has integer codes without a height range", "add the range: `--range 0,2500`"));
     }
     let (head, voids) = (raster.head.clone(), raster.voids);
+    let warn = |what: &str| {
+        let warning = Page::stderr().doubtful("warning:");
+        terminal::remark(&format!("{warning} `{}`: {what}\n", path.display()));
+    };
+    if scale.range.is_some() && head.coding.is_none_or(|coding| coding.range.is_some()) {
+        warn("`--range` has no effect, as the file states its heights");
+    }
     let heights = raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell);
     let Heights { field, data } = heights.map_err(|problem| match problem {
         Problem::NoCellSize => wrong("does not state its cell size", "add it in metres: `--cell 30`"),
@@ -86,8 +93,10 @@ pub fn read(path: &Path, scale: &Scale, done: &str) -> Result<Heights, Failure> 
     })?;
     let of_scale = if scale.cell.is_none() { head.scale_remarks() } else { Vec::new() };
     for remark in head.notes.iter().cloned().chain(of_scale).chain(voids.remarks(&head, done)) {
-        let warning = Page::stderr().doubtful("warning:");
-        terminal::remark(&format!("{warning} `{}`: {remark}\n", path.display()));
+        warn(&remark);
+    }
+    if let Some(quantity) = raster::other_quantity(path) {
+        warn(&format!("the file beside it says that it holds {quantity}; its values are read as heights in metres"));
     }
     let sea_level = raster::sea_level(path).map_err(|error| {
         let remedy = error.remedy();

@@ -4,6 +4,7 @@ use std::{collections::BTreeSet, io, path::Path, sync::OnceLock};
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 use orograph_graph::{Diagnostic, Document, LoadError, Registry, Severity};
+use orograph_nodes::raster::Reader;
 use serde_json::{Value, json};
 
 use super::{
@@ -39,6 +40,10 @@ pub fn load(path: &Path, registry: &Registry) -> Result<Document, Failure> {
             Failure { code: "missing-file", ..failure }
         }
         LoadError::Missing(_) => Failure { code: "missing-file", ..Failure::wrong(error.to_string()) },
+        LoadError::NotText { .. } if Reader::open(path).is_ok() => {
+            Failure::wrong(format!("`{}` is a raster and not a graph file", path.display()))
+                .hint(format!("`orograph new {} -o graph.ron` makes a graph of it", path.display()))
+        }
         _ => Failure::wrong(error.to_string()),
     })
 }

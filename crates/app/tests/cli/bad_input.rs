@@ -138,10 +138,10 @@ fn invalid_requests() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     for (args, said) in [
-        (vec!["--cells", "0"], "is empty"),
+        (vec!["--cells", "0"], "not a whole number from 1"),
         (vec!["--cells", "1000000000"], "EiB"),
         (vec!["--cells", "44800"], "3.7 GiB"),
-        (vec!["--cells", "33"], "near and square: 32x16, 34x17"),
+        (vec!["--cells", "33x17"], "along the longer side alone"),
         (vec!["--cells", "many"], "not a whole number"),
         (vec!["--threads", "0"], "--threads"),
         (vec!["--format", "jpeg"], "possible values: exr"),
@@ -293,4 +293,61 @@ fn options_without_effect() {
     assert!(!used.err.contains("no effect"), "{used:?}");
     let set = ["run", "g.ron", "--set", "plain.colour=3"];
     place.run(&set).ended(1, &["has no input or parameter `colour`", "it has `value`"]);
+}
+
+/// One value cannot be set twice, whether by the node's name or by a name of the file.
+#[test]
+fn a_value_is_set_once() {
+    let place = Place::new();
+    place.write("g.ron", &SMALL.replace("outputs:", "parameters: { \"level\": \"plain.value\" }, outputs:"));
+    let (set, sweep) = (["--set", "level=800"], ["--sweep", "plain.value=800,900"]);
+    let run = |more: [[&str; 2]; 2]| {
+        place.run(&[&["run", "g.ron", "-q", "-o", "out/{plain.value}"], more.as_flattened()].concat())
+    };
+    run([set, ["--set", "plain.value=900"]]).ended(1, &["`level` and `plain.value` set the same value"]);
+    run([set, sweep]).ended(1, &["`level` is set and `plain.value` swept", "remove one"]);
+    run([sweep, ["--sweep", "level=700,800"]]).ended(1, &["`plain.value` and `level` sweep the same value"]);
+    run([sweep, ["--sweep", "plain.value=700,800"]]).ended(1, &["swept twice"]);
+    assert!(!place.path("out").exists());
+}
+
+#[test]
+fn options_name_their_remedy() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    for (args, said) in [
+        (&["--set", "seed=4"][..], "write `--seed N`"),
+        (&["--set", "world.cells=4"], "write `--cells N`"),
+        (&["--set", "world.size=4"], "change the world in the file"),
+        (&["--set", "plain.value="], "there is no value"),
+        (&["--cells", "-5"], "`-5` is not a whole number from 1"),
+        (&["--cells", "0"], "`0` is not a whole number from 1"),
+        (&["--supersample", "2.5"], "not a whole number from 1 to 8"),
+        (&["--window", "-1 km,0,2 km x 2 km"], "not within the world"),
+    ] {
+        place.run(&[&["run", "g.ron"], args].concat()).ended(1, &[said]);
+    }
+    let fitted = place.run(&["run", "g.ron", "--cells", "33", "-o", "33"]).done();
+    assert!(
+        fitted.err.contains("the world becomes 3.2 km x 1.64") && fitted.err.contains("33 x 17 cells"),
+        "{fitted:?}"
+    );
+    place.write("case.ron", &SMALL.replace("outputs: {", "outputs: { \"HEIGHT\": \"plain\","));
+    place.run(&["run", "case.ron"]).ended(1, &["where file names have no case", "differs in more than its case"]);
+    place.write("none.ron", &SMALL.replace("Constant(value: 700)", "Import(version: 2)"));
+    place.run(&["check", "none.ron"]).ended(0, &["`plain` (Import) will fail: no file is named", "my.tif"]);
+}
+
+/// A raster is no graph, and one that does not hold heights is not taken for heights without a word.
+#[test]
+fn rasters_of_other_quantities() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    place.run(&["run", "g.ron", "-q", "--format", "tiff"]).done();
+    place.run(&["check", "out/height.tif"]).ended(1, &["is a raster and not a graph file", "orograph new"]);
+    for command in [&["metrics", "out/steep.tif"][..], &["new", "out/steep.tif", "-o", "new.ron"]] {
+        place.run(command).ended(0, &["the file beside it says that it holds `scalar` in °"]);
+    }
+    let ran = place.run(&["metrics", "out/height.tif", "--range", "0,10"]).done();
+    assert!(ran.err.contains("`--range` has no effect") && !ran.err.contains("beside it"), "{ran:?}");
 }

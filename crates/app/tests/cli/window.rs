@@ -59,7 +59,9 @@ fn supersampling_averages_a_build_on_finer_cells() {
     let hash = |folder: &str| sidecar(folder)["graph_hash"].as_str().expect("a hash").to_owned();
     assert!(hash("fine") != hash("mean") && hash("fine").len() == hash("mean").len());
     for factor in ["0", "9"] {
-        place.run(&["run", "g.ron", "--supersample", factor, "-o", "none"]).ended(1, &["not from 1 to 8"]);
+        place
+            .run(&["run", "g.ron", "--supersample", factor, "-o", "none"])
+            .ended(1, &["not a whole number from 1 to 8"]);
     }
     let too_many = ["run", "g.ron", "--cells", "15000", "--supersample", "8", "-o", "none"];
     place.run(&too_many).ended(1, &["`--supersample 8`", "limit"]);

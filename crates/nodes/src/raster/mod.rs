@@ -53,7 +53,7 @@ pub use reader::{Each, Head, Reader};
 pub use recognise::recognise;
 pub use remarks::{Voids, presence};
 pub use resample::{GridAxis, Resampler, resample};
-pub use sidecar::{Sidecar, sea_level, sidecar_path};
+pub use sidecar::{Sidecar, other_quantity, sea_level, sidecar_path};
 pub use srgb::srgb_bytes;
 pub use texture::apportioned;
 pub use warp::{Warp, WarpError};

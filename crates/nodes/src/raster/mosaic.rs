@@ -26,6 +26,13 @@ struct Grid {
     offsets: Vec<[usize; 2]>,
 }
 
+/// What to say of files with so many cells in all, joined to a raster with so many, if most of it lies in no file.
+fn far_apart(covered: usize, all: usize) -> Option<String> {
+    let share = 100.0 - 100.0 * covered as f64 / all as f64;
+    (all > 0 && share > 50.0)
+        .then(|| format!("the files are far apart: {share:.0} % of the joined cells lie in none of them"))
+}
+
 /// Joins raster files into a cloud-optimised GeoTIFF, whose voids are the cells without data in all of them. Returns
 /// what is assumed about the files, each a sentence without a full stop.
 ///
@@ -61,9 +68,12 @@ pub fn join(files: &[PathBuf], to: &Path, go_on: GoOn<'_>) -> Result<Vec<String>
     }
     let field = Field::new(grid.window(), samples);
     whole(to, Content::Numbers(Format::Cog, Writing::default()), &field, None, go_on)?;
+    let covered: usize = heads.iter().map(|head| head.columns * head.rows).sum();
+    let apart = far_apart(covered, grid.columns * grid.rows);
     let mut notes: Vec<String> = heads.into_iter().flat_map(|head| head.notes).collect();
     notes.sort_unstable();
     notes.dedup();
+    notes.extend(apart);
     Ok(notes)
 }
 
@@ -147,6 +157,12 @@ mod tests {
         let bytes: Vec<u8> = (0..16).flat_map(|at| post(at % 4, at / 4).to_be_bytes()).collect();
         std::fs::write(&path, bytes).expect("written");
         path
+    }
+
+    #[test]
+    fn files_far_apart_are_named() {
+        assert_eq!(far_apart(75, 100), None);
+        assert!(far_apart(5, 100).is_some_and(|said| said.contains("95 % of the joined cells lie in none")));
     }
 
     #[test]

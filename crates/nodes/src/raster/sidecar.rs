@@ -164,6 +164,12 @@ impl Sidecar {
         Self::parse(&text).map(Some).map_err(|what| Problem::Sidecar { path: beside, what }.of(path))
     }
 
+    /// Returns the sidecar of a file of any format. Returns None if there is none that can be read.
+    fn beside_any(path: &Path) -> Option<Self> {
+        let beside = (!prj::is_grid(path)).then(|| Beside::of(path, MOST_BYTES)).and_then(Result::ok).flatten();
+        beside.and_then(|beside| Self::parse(&beside.text).ok())
+    }
+
     fn parse(text: &[u8]) -> Result<Self, String> {
         let mut sidecar: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         let other: Other = serde_json::from_slice(text).map_err(|error| error.to_string())?;
@@ -203,6 +209,18 @@ impl Sidecar {
 /// [`Problem::Sidecar`] if the sidecar is invalid.
 pub fn sea_level(path: &Path) -> Result<Option<f64>, RasterError> {
     Ok(Sidecar::beside(path)?.and_then(|sidecar| sidecar.sea_level_m))
+}
+
+/// Returns what a file holds if its sidecar says that it does not hold heights, such as `scalar in m²`.
+#[must_use]
+pub fn other_quantity(path: &Path) -> Option<String> {
+    // an unusable sidecar is reported by the reader
+    let Sidecar { quantity, unit, .. } = Sidecar::beside_any(path)?;
+    let quantity = quantity.filter(|quantity| quantity != "height")?;
+    Some(match unit.filter(|unit| !unit.is_empty()) {
+        Some(unit) => format!("`{quantity}` in {unit}"),
+        None => format!("`{quantity}`"),
+    })
 }
 
 #[cfg(test)]

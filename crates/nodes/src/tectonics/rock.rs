@@ -26,7 +26,7 @@ params! {
     /// Standard deviation of the height by which folds raise and lower the beds.
     fold_height: f64 = 600.0, Metres, 0.0..=1e5, soft 0..=3000;
     /// Wavelength of the folds across the strike.
-    fold_length: f64 = 6e3, Metres, 10.0..=1e6, soft 1000..=30e3;
+    fold_length: f64 = 6e3, Metres, 10.0..=1e6, soft 1000..=30e3, given fold_height;
     /// How much the hardness varies within beds, measured as in `beds`.
     variation: f64 = 0.4, One, 0.0..=3.0, soft 0..=1;
     /// Size of the largest bodies of harder or softer rock, across the strike.
@@ -34,7 +34,7 @@ params! {
     /// How much faster broken rock on faults and joints erodes: the natural logarithm of the factor.
     broken: f64 = 0.8, One, 0.0..=5.0, soft 0..=2;
     /// Distance between faults that cross the strike; those along it are twice as far apart, joints four times as close.
-    spacing: f64 = 5e3, Metres, 10.0..=1e6, soft 500..=50e3;
+    spacing: f64 = 5e3, Metres, 10.0..=1e6, soft 500..=50e3, given broken;
     /// Erosion rate of mean rock, for the `reference_rate` of `StreamPower`.
     rate: f64 = 4e-4, MetresPerYear, 0.0..=1.0, soft 0.0..=0.005;
     /// Steepest slope of mean rock.

@@ -67,7 +67,7 @@ params! {
     /// How much the rate varies from place to place, as a fraction of it.
     variation: f64 = 0.0, One, 0.0..=1.0, soft 0..=0.5;
     /// Longest wavelength of the variation.
-    variation_size: f64 = 5000.0, Metres, 1.0..=1e7, soft 1000..=50000;
+    variation_size: f64 = 5000.0, Metres, 1.0..=1e7, soft 1000..=50000, given variation;
     /// Random seed of plates and variation.
     seed: Seed = Seed(0), Count, ..;
 }

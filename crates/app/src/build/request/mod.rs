@@ -12,7 +12,9 @@ use std::{
     thread::available_parallelism,
 };
 
-use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest, files};
+use orograph_graph::{
+    Document, Edit, Graph, OutputDecl, Place, Registry, Unit, Window, World, WorldError, closest, files,
+};
 
 pub use given::Array;
 pub use part::Part;
@@ -24,27 +26,32 @@ use super::{
 };
 use crate::{
     files::archive::Source,
-    report::{failure::Failure, problems},
+    report::{
+        failure::Failure,
+        problems,
+        terminal::{self, Page},
+    },
 };
 
 /// The changes of the command line.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Changes {
-    /// Cells along the world's longer side, or along both (`2048x1024`); cells stay square
-    #[arg(long, value_name = "N|WxH")]
+    /// Cells along the world's longer side, or along both (`2048x1024`). Cells stay square: along the shorter side, the world
+    /// may change by half a cell
+    #[arg(long, value_name = "N|WxH", allow_hyphen_values = true)]
     pub cells: Option<Cells>,
     /// Build only a part of the world: position of its north-west corner in the world, and extent
     ///
     /// For example `--window "4 km,6 km,2 km x 2 km"`; it is widened to whole cells, and `--cells` still counts the
     /// whole world. The files equal the same part of the whole build and state their position. Results that depend on
     /// the whole world, such as rivers, are computed for all of it.
-    #[arg(long, value_name = "X,Y,W x H")]
+    #[arg(long, value_name = "X,Y,W x H", allow_hyphen_values = true)]
     pub window: Option<Part>,
     /// Compute each cell from N x N finer ones: finer detail, and crests that are not jagged
     ///
     /// Heights, masks and colours are means, areas and discharges the largest values, numbers of layers or basins the
     /// commonest; lines and reports are those of the finer cells. 2 takes four times the time and memory.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = factor)]
     pub supersample: Option<u32>,
     /// The world's seed
     #[arg(long, value_name = "N")]
@@ -81,6 +88,11 @@ fn threads(text: &str) -> Result<NonZero<usize>, String> {
     number.ok_or_else(|| format!("it is not a whole number from 1 to {most}"))
 }
 
+fn factor(text: &str) -> Result<u32, String> {
+    let factor = text.parse().ok().filter(|factor| (1..=MOST).contains(factor));
+    factor.ok_or_else(|| format!("it is not a whole number from 1 to {MOST}"))
+}
+
 /// A typed number of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cells {
@@ -96,7 +108,8 @@ impl FromStr for Cells {
     fn from_str(text: &str) -> Result<Self, String> {
         let number = |text: &str| {
             let text = text.trim();
-            text.parse::<u32>().map_err(|_| format!("`{text}` is not a whole number from 0 to {}", u32::MAX))
+            let number = text.parse::<u32>().ok().filter(|number| *number > 0);
+            number.ok_or_else(|| format!("`{text}` is not a whole number from 1 to {}", u32::MAX))
         };
         match text.split_once(['x', 'X', '×']) {
             Some((x, y)) => Ok(Self::Both([number(x)?, number(y)?])),
@@ -127,8 +140,18 @@ impl Setting {
         };
         document.apply(&edit).map_err(|error| {
             let (what, hint) = error.into_parts();
+            let hint = of_world(place).or(hint);
             Failure { hint, ..Failure::wrong(format!("`{option} {place}={value}`: {what}")) }
         })
+    }
+}
+
+/// The option for what belongs to the world and is no parameter.
+fn of_world(place: &str) -> Option<String> {
+    match place.strip_prefix("world.").unwrap_or(place) {
+        "seed" => Some("write `--seed N`".to_owned()),
+        "cells" => Some("write `--cells N`".to_owned()),
+        _ => place.starts_with("world.").then(|| "change the world in the file".to_owned()),
     }
 }
 
@@ -143,8 +166,22 @@ impl FromStr for Setting {
             None => part(place),
         };
         let place = place.ok_or("no parameter is named; write `name=value` or `node.param=value`")?;
-        Ok(Self { place, value: value.trim().to_owned() })
+        match value.trim() {
+            "" => Err(format!("there is no value; write `{place}=VALUE`")),
+            value => Ok(Self { place, value: value.to_owned() }),
+        }
     }
+}
+
+/// Returns true if two parameters, of the file or of its nodes, set the same value.
+#[must_use]
+pub fn same_value(document: &Document, a: &str, b: &str) -> bool {
+    let places = |name: &str| -> BTreeSet<String> {
+        let driven = document.parameters().iter().find(|parameter| parameter.name == name);
+        let of = |place: &Place| format!("{}.{}", document.graph().instance(place.node).name, place.name);
+        driven.map_or_else(|| BTreeSet::from([name.to_owned()]), |named| named.places.iter().map(of).collect())
+    };
+    !places(a).is_disjoint(&places(b))
 }
 
 /// A graph and what to build of it.
@@ -176,7 +213,17 @@ impl Request {
     pub fn new(path: &Path, changes: &Changes, registry: &Registry, warnings: bool) -> Result<Self, Failure> {
         let source = Source::open(path)?;
         let document = problems::open_sound(&source, registry, warnings)?;
-        Self::of(document, path, changes, Arc::new(source))
+        let request = Self::of(document, path, changes, Arc::new(source))?;
+        let (size, own) = (request.world.size, request.document.world().size);
+        if warnings && size != own {
+            let [x, y] = size.map(|side| Unit::Metres.display(side));
+            let warning = Page::stderr().doubtful("warning:");
+            terminal::remark(&format!(
+                "{warning} the world becomes {x} x {y}, so that {} x {} cells are square\n",
+                request.world.cells[0], request.world.cells[1]
+            ));
+        }
+        Ok(request)
     }
 
     /// A request for an open document in its current state.
@@ -191,8 +238,12 @@ impl Request {
 
     fn of(mut document: Document, path: &Path, changes: &Changes, source: Arc<Source>) -> Result<Self, Failure> {
         for (at, Setting { place, .. }) in changes.set.iter().enumerate() {
-            if changes.set[..at].iter().any(|other| other.place == *place) {
-                return Err(Failure::wrong(format!("`{place}` is set twice")).hint("remove one of the `--set` options"));
+            if let Some(other) = changes.set[..at].iter().find(|other| same_value(&document, &other.place, place)) {
+                return Err(Failure::wrong(match other.place == *place {
+                    true => format!("`{place}` is set twice"),
+                    false => format!("`{}` and `{place}` set the same value", other.place),
+                })
+                .hint("remove one of the `--set` options"));
             }
         }
         changes.set.iter().try_for_each(|setting| setting.apply(&mut document, "--set"))?;
@@ -318,38 +369,34 @@ impl Request {
     }
 }
 
-/// The world at another resolution; its cells must be square.
+/// The world at another resolution. Its cells must be square: of a number along the longer side, the shorter side becomes
+/// a whole number of cells, which changes it by half a cell at most.
 fn with_cells(world: World, cells: Cells) -> Result<World, Failure> {
     let axis = usize::from(world.size[1] > world.size[0]);
-    let ratio = world.size[1 - axis] / world.size[axis];
     let on_longer = |longer: u32| {
-        let mut cells = [longer; 2];
-        // The conversion saturates; the result is checked below.
-        cells[1 - axis] = if longer == 0 { 0 } else { ((f64::from(longer) * ratio).round() as u32).max(1) };
-        World { cells, ..world }
+        if longer == 0 {
+            return World { cells: [0; 2], ..world };
+        }
+        let cell_m = world.size[axis] / f64::from(longer);
+        let (mut cells, mut size) = ([longer; 2], world.size);
+        // the conversion saturates; the result is checked below
+        cells[1 - axis] = ((size[1 - axis] / cell_m).round() as u32).max(1);
+        let exact = World { cells, ..world };
+        let fitted = f64::from(cells[1 - axis]) * cell_m;
+        if (fitted - size[1 - axis]).abs() > 0.501 * cell_m || exact.check().is_ok() {
+            return exact;
+        }
+        size[1 - axis] = fitted;
+        World { size, ..exact }
     };
-    let world = match cells {
+    let changed = match cells {
         Cells::Longer(longer) => on_longer(longer),
         Cells::Both(cells) => World { cells, ..world },
     };
-    world.check().map(|()| world).map_err(|error| {
+    changed.check().map(|()| changed).map_err(|error| {
         let failure = Failure::wrong(format!("`--cells`: {error}"));
         match error {
-            WorldError::NotSquare(..) => {
-                let asked = i64::from(world.cells[axis]);
-                let near = |way: i64| {
-                    (0..10_000)
-                        .filter_map(|step| u32::try_from(asked + way * step).ok())
-                        .find(|longer| *longer > 0 && on_longer(*longer).check().is_ok())
-                };
-                let mut near: Vec<String> = [near(-1), near(1)]
-                    .into_iter()
-                    .flatten()
-                    .map(|longer| on_longer(longer).cells.map(|cells| cells.to_string()).join("x"))
-                    .collect();
-                near.dedup();
-                if near.is_empty() { failure } else { failure.hint(format!("near and square: {}", near.join(", "))) }
-            }
+            WorldError::NotSquare(..) => failure.hint("give the number of cells along the longer side alone"),
             _ => failure,
         }
     })
@@ -364,8 +411,14 @@ mod tests {
         let world = World { size: [1000.0, 2000.0], cells: [100, 200], ..World::default() };
         assert_eq!(with_cells(world, Cells::Longer(50)).expect("square").cells, [25, 50]);
         assert_eq!(with_cells(world, Cells::Both([5, 10])).expect("square").cells, [5, 10]);
-        let failure = with_cells(world, Cells::Longer(51)).expect_err("25.5 cells");
-        assert_eq!(failure.hint.as_deref(), Some("near and square: 25x50, 26x52"));
+        let failure = with_cells(world, Cells::Both([25, 51])).expect_err("not square");
+        assert!(failure.hint.is_some_and(|hint| hint.contains("longer side alone")));
+        // 16.7 cells become 17
+        let longer = World { size: [1000.0, 3000.0], cells: [100, 300], ..World::default() };
+        let fitted = with_cells(longer, Cells::Longer(50)).expect("square");
+        assert_eq!((fitted.cells, fitted.size), ([17, 50], [1020.0, 3000.0]));
+        let strip = World { size: [10.0, 2000.0], cells: [1, 200], ..World::default() };
+        assert!(with_cells(strip, Cells::Longer(51)).is_err(), "a quarter of a cell");
         assert!(with_cells(world, Cells::Longer(0)).expect_err("no cells").message.contains("is empty"));
         let failure = with_cells(World::default(), Cells::Longer(1_000_000_000)).expect_err("too many");
         assert!(failure.message.contains("EiB"), "{failure}");

@@ -175,15 +175,20 @@ pub fn parameter(spec: &ParamSpec) -> Value {
         schema["x-usual"] = usual;
     }
     let mut settings = Map::new();
+    let mut amounts: Vec<&str> = Vec::new();
     for when in spec.when {
         match when {
             When::Setting { param, is } => _ = settings.insert((*param).to_owned(), json!(is)),
+            When::NonZero(param) => amounts.push(param),
             When::Wired(input) => schema["x-if-wired"] = json!(input),
             When::Unwired(input) => schema["x-unless-wired"] = json!(input),
         }
     }
     if !settings.is_empty() {
         schema["x-when"] = Value::Object(settings);
+    }
+    if !amounts.is_empty() {
+        schema["x-unless-zero"] = json!(amounts);
     }
     schema["description"] = json!(spec.doc);
     described(schema, unit)

@@ -72,8 +72,13 @@ impl OutputFolder {
             for name in names(output, options) {
                 // some systems do not tell cases apart
                 if !folded.insert(name.to_lowercase()) {
-                    return Err(Failure::wrong(format!("two outputs would both be written to `{name}`"))
-                        .hint("rename one of them, or choose another `--format`"));
+                    let what = format!("two outputs would both be written to `{name}`");
+                    let is_case = !taken.contains(&name);
+                    return Err(match is_case {
+                        true => Failure::wrong(format!("{what} where file names have no case"))
+                            .hint("give one of them a name that differs in more than its case"),
+                        false => Failure::wrong(what).hint("rename one of them, or choose another `--format`"),
+                    });
                 }
                 taken.insert(name);
             }

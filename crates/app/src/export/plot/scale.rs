@@ -108,13 +108,15 @@ impl ValueFormatter<f64> for Scale {
     }
 }
 
-/// The text of a number at a tick. Powers of ten have an exponent on a logarithmic axis, if they are large or small.
+/// The text of a number at a tick. On a logarithmic axis large and small ones are written with a power of ten.
 #[must_use]
 pub fn tick(value: f64, log: bool) -> String {
-    let power = math::log10(value).round();
-    let is_power = value > 0.0 && (value / math::pow(10.0, power) - 1.0).abs() < 1e-9;
-    if log && is_power && power.abs() > 3.0 {
-        return format!("10{}", superscript(power as i32));
+    let power = (math::log10(value) + 1e-9).floor();
+    if log && value > 0.0 && power.abs() > 3.0 {
+        let exponent = superscript(power as i32);
+        let factor = value / math::pow(10.0, power);
+        let is_power = (factor - 1.0).abs() < 1e-6;
+        return if is_power { format!("10{exponent}") } else { format!("{} × 10{exponent}", plain(factor)) };
     }
     // Sums of steps are not exact.
     plain(if value.abs() < 1e-12 { 0.0 } else { value }).replace('-', "−")
@@ -152,6 +154,7 @@ mod tests {
             assert_eq!(tick(value, false), text);
         }
         assert_eq!(["10⁴", "10⁻⁵", "100"], [1e4, 1e-5, 100.0].map(|value| tick(value, true)));
+        assert_eq!(["5 × 10⁶", "2 × 10⁻⁴", "2000"], [5e6, 2e-4, 2e3].map(|value| tick(value, true)));
     }
 
     #[test]

@@ -130,7 +130,7 @@ pub(crate) fn check(
     let behind = Behind::new(graph, muted);
     let silent = |port: Port| behind.port(muted, port).is_none();
     let mut told = BTreeSet::new();
-    let mut tell = |port: Port, reader: String| {
+    let mut tell = |port: Port, reader: String, remedy: &str| {
         // If the node already lacks a wire, that is the only problem to report.
         let lacks = needs(port.node).any(|at| graph.source(port.node, at).is_none());
         if let Some(span) = muted.get(&port.node)
@@ -142,19 +142,20 @@ pub(crate) fn check(
                 graph.instance(port.node).node.outputs[port.output].name
             });
             let problem = Diagnostic::error("muted", span.clone(), message);
-            problems.push(problem.hint("mute that too, or wire something else to it"));
+            problems.push(problem.hint(remedy));
         }
     };
     for index in nodes.iter().filter_map(|entry| entry.index).filter(|index| !muted.contains_key(index)) {
         for at in needs(index) {
             if let Some(port) = graph.source(index, at).filter(|port| silent(*port)) {
                 let instance = graph.instance(index);
-                tell(port, format!("`{}.{}`", instance.name, instance.node.inputs[at].name));
+                let reader = format!("`{}.{}`", instance.name, instance.node.inputs[at].name);
+                tell(port, reader, "mute that too, or wire something else to it");
             }
         }
     }
     for (name, port) in outputs.iter().filter(|(_, port)| silent(*port)) {
-        tell(*port, format!("the output `{name}`"));
+        tell(*port, format!("the output `{name}`"), "take it out of `muted`, or remove the output");
     }
 }
 

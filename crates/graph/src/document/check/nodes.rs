@@ -127,7 +127,7 @@ impl Checker<'_> {
         {
             let problem =
                 Diagnostic::error("name", key.span.clone(), format!("`{}` cannot name {what}", name.escape_debug()));
-            self.problems.push(problem.hint("a name is a letter, then letters, digits, `_` and `-`"));
+            self.problems.push(problem.hint("a name is a letter or `_`, then letters, digits, `_` and `-`"));
         }
     }
 

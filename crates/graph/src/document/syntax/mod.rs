@@ -368,7 +368,12 @@ impl<'a> Parser<'a> {
 
     /// An item in brackets, with its comma.
     fn item(&mut self, bracket: Bracket) -> Item {
-        let key = if self.peek_kind(1) == Some(TokenKind::Colon) { self.key(bracket) } else { None };
+        let lacks_colon = self.lacks_colon(bracket);
+        let key = if lacks_colon || self.peek_kind(1) == Some(TokenKind::Colon) { self.key(bracket) } else { None };
+        if let Some(key) = key.as_ref().filter(|_| lacks_colon) {
+            let end = key.span.end;
+            self.problem(end..end, format!("a colon is missing after `{}`", key.text), "write it as `name: value`");
+        }
         let value = self.value();
         let bad = matches!(value.kind, ExprKind::Bad);
         // Tokens missing around unclosed brackets follow from that mistake.
@@ -394,13 +399,30 @@ impl<'a> Parser<'a> {
     }
 
     fn begins_item(&self) -> bool {
+        self.begins_value(0)
+    }
+
+    fn begins_value(&self, ahead: usize) -> bool {
         matches!(
-            self.peek_kind(0),
+            self.peek_kind(ahead),
             Some(TokenKind::Open(_) | TokenKind::Number | TokenKind::Word | TokenKind::Text | TokenKind::Broken)
         )
     }
 
-    /// A name with its colon.
+    /// Returns true if what follows can only be a name and its value without the colon between.
+    fn lacks_colon(&self, bracket: Bracket) -> bool {
+        let is_name = match bracket {
+            // `Name(` is a value
+            Bracket::Round => {
+                self.peek_kind(0) == Some(TokenKind::Word) && self.peek_kind(1) != Some(TokenKind::Open(Bracket::Round))
+            }
+            Bracket::Curly => self.peek_kind(0) == Some(TokenKind::Text),
+            Bracket::Square => false,
+        };
+        is_name && self.begins_value(1) && self.peek_kind(2) != Some(TokenKind::Colon)
+    }
+
+    /// A name with its colon, if it has one.
     fn key(&mut self, bracket: Bracket) -> Option<Box<Key>> {
         let token = &self.tokens[self.next];
         let span = token.span();
@@ -424,7 +446,7 @@ impl<'a> Parser<'a> {
             }
             _ => {}
         }
-        self.next += 2;
+        self.next += 1 + usize::from(self.peek_kind(1) == Some(TokenKind::Colon));
         Some(Box::new(Key { span, text }))
     }
 }
@@ -440,6 +462,12 @@ mod tests {
     #[test]
     fn each_mistake_is_reported_once() {
         assert_eq!(messages("(a: 1 b: 2)"), ["5: a comma is missing"]);
+        assert_eq!(messages("(a 1, b: 2)"), ["2: a colon is missing after `a`"]);
+        assert_eq!(
+            messages("(n: {\"a\" P(x [1, 2])})"),
+            ["8: a colon is missing after `a`", "12: a colon is missing after `x`"]
+        );
+        assert_eq!(messages("(a b: 2)"), ["2: a comma is missing"]);
         assert_eq!(messages("(a: 1; b: 2)"), ["5: `;` has no meaning here"]);
         assert_eq!(messages("(a: 'x', b: ?)"), ["4: text needs double quotes", "12: `?` has no meaning here"]);
         assert_eq!(messages("(a: , b: 2)"), ["1: `a` has no value"]);

@@ -74,9 +74,9 @@ params! {
     /// Discharge of a spring.
     river: f64 = 0.0, CubicMetresPerSecond, 0.0..=1e6, soft 0.0..=500.0;
     /// Position of the spring.
-    river_at: Position = Position([0.0, 0.0]), Metres, -1e7..=1e7;
+    river_at: Position = Position([0.0, 0.0]), Metres, -1e7..=1e7, given river;
     /// Radius of the spring; its inflow is strongest in the middle.
-    river_radius: f64 = 100.0, Metres, 0.0..=1e6, soft 1.0..=1000.0;
+    river_radius: f64 = 100.0, Metres, 0.0..=1e6, soft 1.0..=1000.0, given river;
     /// Fraction of a cell that waves may cross in a step (Courant number).
     courant: f64 = 0.6, One, 0.05..=0.7;
     /// Strokes, replayed at their times during the run.

@@ -44,9 +44,9 @@ params! {
     /// Size of the largest bodies of harder or softer rock; 0 for the same `repose` everywhere.
     variation_size: f64 = 6e3, Metres, 0.0..=1e7, soft 0..=50e3;
     /// How rough hillslopes are: the `roughness` of `StreamPower`. Knolls of harder rock stand steeper.
-    knolls: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
+    knolls: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5, given headwater_area;
     /// How far knolls are drawn out down a slope: the `ribs` of `StreamPower`.
-    ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;
+    ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2, given headwater_area, given knolls;
     /// The `headwater_area` of `StreamPower`; the largest knolls are half as long as its root.
     headwater_area: f64 = 5e5, SquareMetres, 0.0..=1e12, soft 0..=5e6;
     /// Largest deviation of the dip and the strike of a failure plane from those of the law.

@@ -92,27 +92,26 @@ params! {
     /// How much `headwater_area` varies from place to place: the standard deviation of its natural logarithm.
     ///
     /// Long smooth slopes beside slopes with many gullies, in waves of some 20 √A₀, as in real land.
-    headwater_variation: f64 = 0.8, One, 0.0..=3.0, soft 0..=2;
-    /// Drainage area at which rivers begin, if `headwater_area` is 0; with 0 they begin in every cell.
+    headwater_variation: f64 = 0.8, One, 0.0..=3.0, soft 0..=2, given headwater_area;
+    /// The least drainage area that counts: cells that drain less erode as if they drained this much; 0 for none.
     ///
-    /// Smaller areas erode as if they were this large.
+    /// With a `headwater_area` of 0, it sets where rivers begin. Cells that drain more than it carry away soil that
+    /// creeps into them.
     critical_area: f64 = 0.0, SquareMetres, 0.0..=1e12, soft 0..=1e6;
     /// Width of the floor of a valley that drains 1 km², where its river is no steeper than 10 %; 0 for no floors.
     valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
     /// How much the floor of a valley widens and narrows along it: the standard deviation of the natural logarithm.
-    ///
-    /// Needs a `valley_width` and a `headwater_area` above 0.
-    valley_variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
+    valley_variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1, given headwater_area, given valley_width;
     /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
     ///
     /// It counts for each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
-    roughness: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
+    roughness: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5, given headwater_area;
     /// How much `roughness` varies from place to place: the standard deviation of its natural logarithm.
     ///
-    /// Smooth slopes beside rough ones, in waves of some 12 √A₀. Needs a `roughness` above 0.
-    roughness_variation: f64 = 0.0, One, 0.0..=2.0, soft 0..=1;
+    /// Smooth slopes beside rough ones, in waves of some 12 √A₀.
+    roughness_variation: f64 = 0.0, One, 0.0..=2.0, soft 0..=1, given headwater_area, given roughness;
     /// How far knolls and hollows are drawn out into ribs and chutes down a slope, to either side in wavelengths.
-    ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2;
+    ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2, given headwater_area, given roughness;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
     rounding: f64 = 0.08, One, 0.0..=100.0, soft 0..=0.5;
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.

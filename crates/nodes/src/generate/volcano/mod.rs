@@ -38,15 +38,15 @@ params! {
     /// Radius of the caldera's rim; 0 for none.
     caldera_radius: f64 = 450.0, Metres, 0.0..=1e6, soft 0..=5000;
     /// Depth of the caldera's floor below its rim.
-    caldera_depth: f64 = 250.0, Metres, 0.0..=10000.0, soft 0..=1000;
+    caldera_depth: f64 = 250.0, Metres, 0.0..=10000.0, soft 0..=1000, given caldera_radius;
     /// How far the caldera's wall is open on one side, as a fraction of its depth: 0 for a closed rim.
-    breach: f64 = 0.5, One, 0.0..=1.0;
+    breach: f64 = 0.5, One, 0.0..=1.0, given caldera_radius;
     /// Direction of the gap, clockwise from north.
-    breach_azimuth: f64 = 130.0, Degrees, -360.0..=360.0, soft 0..=360;
+    breach_azimuth: f64 = 130.0, Degrees, -360.0..=360.0, soft 0..=360, given caldera_radius, given breach;
     /// How deep gullies cut into the flanks: 0 for none.
     gullies: f64 = 0.6, One, 0.0..=1.0;
     /// Distance between large gullies.
-    gully_spacing: f64 = 600.0, Metres, 1.0..=1e6, soft 100..=3000;
+    gully_spacing: f64 = 600.0, Metres, 1.0..=1e6, soft 100..=3000, given gullies;
     /// Number of lava flows.
     flows: i64 = 12, Count, 0..=200, soft 0..=40;
     /// Number of scoria cones on the flanks, most of them along a rift zone through the summit.

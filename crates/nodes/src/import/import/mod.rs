@@ -98,6 +98,7 @@ pub static NODE: Node = Node {
     reads_place: true,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    refuses: Some(|stated| require_file(&Params::read(stated.params).file.0, "file")),
     example: "file: \"glencoe_128.tif\", placement: stretch",
     ..Node::DEFAULT
 };

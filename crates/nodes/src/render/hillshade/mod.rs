@@ -51,7 +51,7 @@ params! {
     /// Strength of cast shadows, and of the dimmer light where terrain hides a part of the sky: 0 for neither.
     shadows: f64 = 0.8, One, 0.0..=1.0;
     /// Distance over which terrain casts shadows and hides the sky.
-    distance: f64 = 4000.0, Metres, 1.0..=1e6, soft 200.0..=20000.0;
+    distance: f64 = 4000.0, Metres, 1.0..=1e6, soft 200.0..=20000.0, given shadows;
 }
 
 inputs! {
@@ -118,19 +118,10 @@ impl Params {
     #[must_use]
     pub fn fitted(height: &Field) -> Self {
         let (low, high) = height.range(0).map_or((0.0, 1.0), |(low, high)| (f64::from(low), f64::from(high)));
-        let surface = Surface::new(height, Method::Central);
-        let (nx, ny) = (height.window().nx(), height.window().ny());
-        let steepness: f64 = (0..ny)
-            .map(|j| {
-                let mut sum = 0.0;
-                surface.row(j, |_, east, south| {
-                    sum += east.iter().zip(south).map(|(&p, &q)| f64::from((p * p + q * q).sqrt())).sum::<f64>();
-                });
-                sum
-            })
-            .sum();
-        let mean = steepness / (nx * ny) as f64;
-        let exaggeration = if mean > 0.0 && mean.is_finite() { (0.3 / mean).clamp(1.0, 50.0) } else { 1.0 };
+        let (mean, steep) = slopes(height);
+        // gentle ground becomes visible, unless a steep part of it, such as the lee of dunes, would become a wall
+        let exaggeration =
+            if mean > 0.0 && mean.is_finite() { (0.3 / mean).min(1.0 / steep).clamp(1.0, 50.0) } else { 1.0 };
         let low = height.window().world.sea_level.filter(|sea| high > *sea).map_or(low, |sea| low.max(sea));
         Self { low, high, exaggeration, shadows: 0.0, ..Self::default() }
     }
@@ -145,6 +136,37 @@ impl Params {
         let distance = longest_m.max(8.0 * height.window().cell_m()).min(1e6);
         Self { altitude: LOW_SUN, shadows: Self::default().shadows, distance, ..self }
     }
+}
+
+/// Returns the mean slope of a field, and the slope that 0.5 % of its cells reach, to about a twelfth.
+fn slopes(height: &Field) -> (f64, f64) {
+    /// Bits of a squared slope that choose its bin: sign, exponent and three of the fraction.
+    const BIN: u32 = 20;
+    const STEEPEST: f64 = 0.005;
+    let surface = Surface::new(height, Method::Central);
+    let (nx, ny) = (height.window().nx(), height.window().ny());
+    let mut bins = vec![0_u32; 1 << (32 - BIN)];
+    let mut sum = 0.0;
+    for j in 0..ny {
+        let mut along = 0.0;
+        surface.row(j, |_, east, south| {
+            for (&p, &q) in east.iter().zip(south) {
+                let squared = p * p + q * q;
+                along += f64::from(squared.sqrt());
+                bins[(squared.to_bits() >> BIN) as usize] += 1;
+            }
+        });
+        sum += along;
+    }
+    let cells = (nx * ny) as f64;
+    let mut left = (STEEPEST * cells) as u32;
+    let steepest = bins.iter().rposition(|&count| {
+        let is_here = left < count;
+        left = left.saturating_sub(count);
+        is_here
+    });
+    let steep = f32::from_bits((steepest.unwrap_or(0) as u32) << BIN).sqrt();
+    (sum / cells, f64::from(steep))
 }
 
 /// Computes the shaded relief of a heightfield: `shade`, one plane, and `colour`, three planes of linear RGB. Where

@@ -117,6 +117,17 @@ fn colours_stay_within_range_on_any_land() {
     }
 }
 
+/// Gentle ground is exaggerated until it is visible, but not where a small part of it is steep.
+#[test]
+fn exaggeration_is_limited_by_the_steepest_ground() {
+    let gentle = field(world(100, 100, 10.0), |x, _| 0.01 * x);
+    assert!((Params::fitted(&gentle).exaggeration - 30.0).abs() < 0.01);
+    // one row in a hundred is as steep as the lee of a dune
+    let dune = field(world(100, 100, 10.0), |x, y| 0.01 * x + if y > 505.0 { 12.0 } else { 0.0 });
+    let exaggeration = Params::fitted(&dune).exaggeration;
+    assert!((1.0..2.0).contains(&exaggeration), "{exaggeration}");
+}
+
 /// A cliff of 100 m casts a shadow of 100 m / tan(altitude) on the plain below it.
 #[test]
 fn a_cliff_casts_a_shadow_of_its_height_over_the_tangent_of_the_sun() {

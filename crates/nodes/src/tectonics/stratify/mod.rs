@@ -47,15 +47,15 @@ params! {
     /// Height of folds: from the mean level of the layers to the crest of an anticline.
     fold_height: f64 = 0.0, Metres, 0.0..=1e5, soft 0..=2000;
     /// Distance from crest to crest of the folds. An anticline passes through the centre of the world.
-    fold_length: f64 = 8e3, Metres, 10.0..=1e6, soft 1000..=30e3;
+    fold_length: f64 = 8e3, Metres, 10.0..=1e6, soft 1000..=30e3, given fold_height;
     /// How much folds meander, as a fraction of their wavelength.
-    winding: f64 = 0.2, One, 0.0..=2.0, soft 0.0..=0.5;
+    winding: f64 = 0.2, One, 0.0..=2.0, soft 0.0..=0.5, given fold_height;
     /// Standard deviation of the height of gentle swells of the layers; with 0, contacts are perfectly straight.
     swells: f64 = 10.0, Metres, 0.0..=1e4, soft 0..=100;
     /// How far a fault has lowered the rock to the right of `fault`; 0 for no fault.
     throw: f64 = 0.0, Metres, -1e5..=1e5, soft -1000.0..=1000.0;
     /// The trace of the fault, straight beyond its ends.
-    fault: PathPoints = PathPoints(vec![[0.0, 0.0], [10e3, 10e3]]), Metres, -1e7..=1e7;
+    fault: PathPoints = PathPoints(vec![[0.0, 0.0], [10e3, 10e3]]), Metres, -1e7..=1e7, given throw;
     /// Random seed of generated layers, folds and swells.
     seed: Seed = Seed(0), Count, ..;
 }
