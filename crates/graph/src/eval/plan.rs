@@ -11,9 +11,10 @@ use petgraph::stable_graph::NodeIndex;
 use super::{Request, error::EvalError, key::Origins, store::Form};
 use crate::{
     graph::{Graph, Instance},
-    job::Wanted,
+    job::{NodeError, Wanted},
     node::{Below, Fallback, OutputType, Reach, Sizing},
     param::ParamValues,
+    stated::Stated,
     value::PortType,
     world::{Edge, Window, World},
 };
@@ -450,7 +451,19 @@ fn wire(graph: &Graph, index: NodeIndex, steps: &dyn Fn(NodeIndex) -> usize, wir
         Source::Wire { step, .. } => wired[*step].fault.clone(),
         Source::Constant(_) | Source::Absent => None,
     });
-    Wired { inputs, types, fault: inherited.or(fault) }
+    let fault = inherited.or(fault).or_else(|| refused(instance, &inputs));
+    Wired { inputs, types, fault }
+}
+
+/// Why a node cannot be computed with its parameters and inputs, whatever the terrain.
+fn refused(instance: &Instance, inputs: &[Source]) -> Option<EvalError> {
+    let is_wired = |input: usize| matches!(inputs[input], Source::Wire { .. });
+    match instance.node.refuses?(&Stated::of_instance(instance, is_wired)) {
+        Err(NodeError::Failed { message, hint }) => {
+            Some(EvalError::Node { node: instance.name.clone(), id: instance.node.id, message, hint })
+        }
+        _ => None,
+    }
 }
 
 fn source(
