@@ -12,7 +12,7 @@ pub enum BackendName {
     Auto,
     /// The processor
     Cpu,
-    /// As `auto`, with a graphics driver in software as well
+    /// As `auto`, but a software graphics driver counts as well
     Gpu,
 }
 

@@ -17,7 +17,7 @@ use crate::{
 /// What to build, and how.
 #[derive(Debug, clap::Args)]
 pub struct BuildArgs {
-    /// Graph file; `run` takes `-` for standard input
+    /// Graph file or packed graph; `run` also takes `-` for standard input
     #[arg(value_name = "GRAPH.ron")]
     pub file: PathBuf,
     /// Folder for the files; created if it does not exist

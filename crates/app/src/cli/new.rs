@@ -17,15 +17,16 @@ use crate::{
 
 /// Writes a graph that imports an elevation model
 ///
-/// The world gets the size, the cells and the place of the elevation model, with which all outputs leave. If the file
-/// is in degrees, in Web Mercator or in feet, the place is in the zone of UTM that fits. The graph has one node,
-/// `Import`, and writes its height.
+/// The world gets the size, the cells and the place of the elevation model, and all outputs are written with that
+/// place. If the file is in degrees, in Web Mercator or in feet, the place is in the zone of UTM that fits. The graph
+/// has one node, `Import`, and writes its height.
 ///
 /// Several elevation models that lie side by side on one grid, such as SRTM tiles, are joined first, into a GeoTIFF
 /// beside the graph.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Elevation model: GeoTIFF, ESRI ASCII, SRTM (.hgt), or PNG, OpenEXR, .r16 and .r32 with a JSON file beside them
+    /// or with `--cell` and `--range`
     #[arg(value_name = "HEIGHT", required = true)]
     files: Vec<PathBuf>,
     /// Graph file to write, which must not exist

@@ -23,7 +23,7 @@ params! {
     bed: f64 = 250.0, Metres, 1.0..=1e5, soft 20..=2000;
     /// How much the hardness of beds differs: the standard deviation of the natural logarithm of the rate.
     beds: f64 = 0.4, One, 0.0..=3.0, soft 0..=1;
-    /// Standard deviation of the height by which folds raise and lower the beds.
+    /// Standard deviation of the distance, across the beds, by which folds displace them.
     fold_height: f64 = 600.0, Metres, 0.0..=1e5, soft 0..=3000;
     /// Wavelength of the folds across the strike.
     fold_length: f64 = 6e3, Metres, 10.0..=1e6, soft 1000..=30e3, given fold_height;

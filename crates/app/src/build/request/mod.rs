@@ -49,8 +49,9 @@ pub struct Changes {
     pub window: Option<Part>,
     /// Compute each cell from N x N finer ones: finer detail, and crests that are not jagged
     ///
-    /// Heights, masks and colours are means, areas and discharges the largest values, numbers of layers or basins the
-    /// commonest; lines and reports are those of the finer cells. 2 takes four times the time and memory.
+    /// Heights, masks and colours are means, areas and discharges the largest values, the numbers that identify layers
+    /// or basins the most common; lines and reports are those of the finer cells. 2 takes four times the time and
+    /// memory.
     #[arg(long, value_name = "N", value_parser = factor)]
     pub supersample: Option<u32>,
     /// The world's seed
@@ -70,7 +71,8 @@ pub struct Means {
     /// What computes the nodes; the results of a graphics card are within a stated tolerance of those of the processor
     #[arg(long, value_enum, default_value_t = BackendName::Auto)]
     pub backend: BackendName,
-    /// Number of threads, at most 256 or one per core; one per core by default. The result is the same for any number
+    /// Number of threads; one per core by default, at most 256 or the number of cores, whichever is larger. The result
+    /// is the same for any number
     #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZero<usize>>,
     /// Where results are stored.

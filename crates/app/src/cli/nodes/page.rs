@@ -111,7 +111,13 @@ impl NodePage {
                 false => reach(node.reach, &params),
             },
             exactness: match node.exactness {
-                Exactness::Exact => "the same bits on every machine and with any number of threads".to_owned(),
+                Exactness::Exact => {
+                    let everywhere = "the same bits on every machine and with any number of threads";
+                    match node.gpu {
+                        Some(_) => format!("{everywhere}; on a graphics card within a stated tolerance"),
+                        None => everywhere.to_owned(),
+                    }
+                }
                 Exactness::Within { tolerance, why } => format!("equal everywhere within {tolerance:e}: {why}"),
             },
             resolution: match node.resolution {

@@ -109,7 +109,7 @@ params! {
     plucking: f64 = 1e-4, One, 0.0..=1.0, soft 0..=1e-3;
     /// Strength of the cross-section law: 0 cuts slots, 6 troughs with parabolic sections.
     cross_section: f64 = 6.0, One, 0.0..=20.0, soft 0..=8;
-    /// Steepest slope against which ice deepens a basin, in metres per metre.
+    /// Adverse slope, in metres per metre, up to which ice erodes fully; at twice this slope it deepens no basin.
     reverse_slope: f64 = 0.1, One, 0.001..=1.0, soft 0.02..=0.3;
     /// Steepest stable angle of walls above ice.
     walls: f64 = 50.0, Degrees, 5.0..=85.0, soft 35..=70;
@@ -162,6 +162,13 @@ pub static NODE: Node = Node {
     sources: &[
         "M. W. Mahaffy (1976), A three-dimensional numerical model of ice sheets: Tests on the Barnes Ice Cap, Northwest \
          Territories, Journal of Geophysical Research 81, 1059-1066",
+        "B. van Leer (1979), Towards the ultimate conservative difference scheme V, Journal of Computational Physics 32, \
+         101-136",
+        "P. Halfar (1983), On the dynamics of the ice sheets 2, Journal of Geophysical Research 88, 6043-6051",
+        "S. S. Vialov (1958), Regularities of glacial shields movement and the theory of plastic viscous flow, IAHS \
+         Publication 47, 266-275",
+        "E. Bueler, C. S. Lingle, J. A. Kallen-Brown, D. N. Covey, L. N. Bowman (2005), Exact solutions and verification of \
+         numerical models for isothermal ice sheets, Journal of Glaciology 51, 291-306",
         "A. H. Jarosch, C. G. Schoof, F. S. Anslow (2013), Restoring mass conservation to shallow ice flow models over \
          complex terrain, The Cryosphere 7, 229-240",
         "J. M. Harbor (1992), Numerical modeling of the development of U-shaped valleys by glacial erosion, Geological \

@@ -154,7 +154,8 @@ pub static NODE: Node = Node {
     gpu: Some(&device::GPU),
     process: Some(begin),
     resolution: Resolution::Cells(
-        "water runs in channels that can be one cell wide, but the gullies that it cuts are at least 5 cells wide",
+        "water runs in channels that can be one cell wide, but the gullies that it cuts are at least 5 cells wide, unless \
+         `width` is 0",
     ),
     example: "height: \"base\", duration: 3600, rain: 60, acceleration: 4000",
     ..Node::DEFAULT

@@ -134,7 +134,7 @@ params! {
     /// Real rock always varies; on perfectly uniform terrain, rivers keep following rows and columns.
     variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
     /// Size of the largest bodies of harder or softer rock; smaller ones lie within them.
-    /// 0 draws a factor for each cell.
+    /// 0 draws a factor of the erodibility for each cell and leaves `repose` the same everywhere.
     variation_size: f64 = 6e3, Metres, 0.0..=1e7, soft 0..=50e3;
     /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;

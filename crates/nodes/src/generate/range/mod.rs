@@ -32,9 +32,9 @@ params! {
     path: PathPoints = PathPoints(vec![[1500.0, 12500.0], [5500.0, 9800.0], [8200.0, 9000.0], [11000.0, 5500.0], [15000.0, 4000.0]]), Metres, -1e7..=1e7, unless lines;
     /// Height of the crest above the surrounding terrain.
     height: f64 = 2200.0, Metres, 0.0..=1e5, soft 100..=5000;
-    /// Width of the flank to the right of the path.
+    /// Width w of the flank to the right of the path; with `profile: sharp` the foot lies three widths away.
     front: f64 = 1500.0, Metres, 1.0..=1e7, soft 200..=20000;
-    /// Width of the flank to the left of the path.
+    /// Width w of the flank to the left of the path; with `profile: sharp` the foot lies three widths away.
     back: f64 = 2500.0, Metres, 1.0..=1e7, soft 200..=20000;
     /// Cross-section of the range.
     profile: Profile = Profile::Sharp, One, ..;

@@ -16,13 +16,13 @@ choice! {
         Stratified = "stratified",
         /// Lowlands: Norfolk.
         Lowland = "lowland",
-        /// The Alps, by windows.
+        /// The Alps, by ranges of measures.
         Alps = "alps",
-        /// The Himalaya, by windows.
+        /// The Himalaya, by ranges of measures.
         Himalaya = "himalaya",
-        /// The Scottish Highlands, by windows.
+        /// The Scottish Highlands, by ranges of measures.
         Highlands = "highlands",
-        /// Canyons in layered rock, by windows.
+        /// Canyons in layered rock, by ranges of measures.
         Canyon = "canyon",
     }
 }

@@ -124,7 +124,7 @@ pub static MEASURES: &[MeasureSpec] = &[
     measure("concavity.error", "", "Half width of its 95 % confidence interval."),
     measure("concavity.r2", "", "Share of the variance of mean slopes that the line explains."),
     measure("concavity.scatter", "", "Standard deviation of single reaches from the line, in powers of ten."),
-    measure("steepness.p50", "m^0.9", "Median of slope times drainage area to the power of 0.45."),
+    measure("steepness.p50", "m^0.9", "Median of slope times (drainage area to the power of 0.45)."),
     measure("steepness.p95", "m^0.9", "95th percentile of the steepness."),
     measure(
         "chi.concavity",

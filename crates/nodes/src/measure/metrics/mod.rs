@@ -71,6 +71,10 @@ pub static NODE: Node = Node {
          of landforms, Geomorphology 182, 147-156",
         "P. D. Zimmer, E. J. Gabet, 2018, Assessing glacial modification of bedrock valleys using a novel approach, \
          Geomorphology 318, 336-347",
+        "B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69, 14-47",
+        "D. R. Montgomery, W. E. Dietrich, 1992, Channel initiation and the problem of landscape scale, Science 255, 826-830",
+        "S. Hergarten, J. Robl, K. Stüwe, 2016, Tectonic geomorphology at small catchment sizes - extensions of the \
+         stream-power approach and the χ method, Earth Surface Dynamics 4, 1-9",
         "H. Svensson, 1959, Is the cross-section of a glacial valley a parabola?, J. Glaciology 3, 362-363",
     ],
     inputs: Inputs::PORTS,
