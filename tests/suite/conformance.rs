@@ -185,6 +185,12 @@ fn parameters_without_effect_change_nothing() {
                         };
                         rests(node, spec, when, |case| Some(set(case, &[(governs.name, zero.clone())])))?;
                     }
+                    When::Empty(name) => {
+                        let governs = specs.iter().find(|other| other.name == *name).ok_or("no such parameter")?;
+                        for full in others(&governs.kind).into_iter().filter(|value| !value.is_empty()) {
+                            rests(node, spec, when, |case| Some(set(case, &[(governs.name, full.clone())])))?;
+                        }
+                    }
                     When::Wired(name) => {
                         let input = position(name).ok_or("no such input")?;
                         rests(node, spec, when, |mut case| {

@@ -114,7 +114,7 @@ pub enum GraphError {
         suggestion: Option<String>,
     },
     /// The types do not fit.
-    #[error("`{from}` gives a {gives}, but `{to}` takes a {takes}")]
+    #[error("`{from}` gives {}, but `{to}` takes {}", .gives.one(), .takes.one())]
     Type {
         /// The output, as `node.port`.
         from: String,

@@ -55,6 +55,8 @@ pub enum When {
     },
     /// A number is not 0.
     NonZero(&'static str),
+    /// A table or a list has no entries.
+    Empty(&'static str),
     /// The input that the parameter belongs to is wired.
     Wired(&'static str),
     /// The input that would replace the parameter is not wired.
@@ -70,6 +72,7 @@ impl When {
                 values.get(param).is_none_or(|value| is.contains(&value.to_string().as_str()))
             }
             Self::NonZero(param) => !matches!(values.get(param), Some(ParamValue::Float(0.0) | ParamValue::Int(0))),
+            Self::Empty(param) => values.get(param).is_none_or(ParamValue::is_empty),
             Self::Wired(input) => is_wired(input),
             Self::Unwired(input) => !is_wired(input),
         }
@@ -84,6 +87,7 @@ impl fmt::Display for When {
                 write!(f, "`{param}` is {}", names.join(" or "))
             }
             Self::NonZero(param) => write!(f, "`{param}` is not 0"),
+            Self::Empty(param) => write!(f, "`{param}` is empty"),
             Self::Wired(input) => write!(f, "`{input}` is wired"),
             Self::Unwired(input) => write!(f, "`{input}` is not wired"),
         }
@@ -210,6 +214,22 @@ pub enum ParamValue {
     Strokes(Vec<Stroke>),
     /// Of [`Kind::File`]; empty when there is no file.
     File(String),
+}
+
+impl ParamValue {
+    /// Returns true for a list, a table or a name without content.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Curve(points) | Self::Path(points) => points.is_empty(),
+            Self::Waypoints(points) => points.is_empty(),
+            Self::Stops(stops) => stops.is_empty(),
+            Self::Layers(layers) => layers.is_empty(),
+            Self::Strokes(strokes) => strokes.is_empty(),
+            Self::File(name) => name.is_empty(),
+            Self::Float(_) | Self::Int(_) | Self::Bool(_) | Self::Choice(_) | Self::Seed(_) | Self::Point(_) => false,
+        }
+    }
 }
 
 impl Kind {

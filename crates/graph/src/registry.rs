@@ -219,6 +219,13 @@ fn check_settings(node: &Node, spec: &ParamSpec, faults: &mut Vec<String>) {
                 }
                 continue;
             }
+            When::Empty(param) => {
+                let list = |other: &ParamSpec| other.kind.default_value().is_empty();
+                if !node.specs().iter().any(|other| other.name == *param && other.name != spec.name && list(other)) {
+                    faults.push(format!("`{}` has an effect where {when}, which is no table", spec.name));
+                }
+                continue;
+            }
             When::Wired(input) | When::Unwired(input) => {
                 let optional = |other: &&Input| other.name == *input && other.fallback != Fallback::Required;
                 if !node.inputs.iter().any(|other| optional(&other)) {
@@ -345,6 +352,7 @@ mod tests {
                     spec("stray", &[When::Unwired("dry")]),
                     spec("none", &[When::NonZero("dry")]),
                     spec("some", &[When::NonZero("amount")]),
+                    spec("drawn", &[When::Empty("dry")]),
                     ParamSpec {
                         kind: Kind::Float { default: 5.0, hard: [0.0, 9.0], soft: [0.0, 9.0] },
                         ..spec("amount", &[])
@@ -360,6 +368,7 @@ mod tests {
             found.contains("`stray` has an effect where `dry` is not wired, which is no optional input"),
             "{found}"
         );
+        assert!(found.contains("`drawn` has an effect where `dry` is empty, which is no table"), "{found}");
         assert!(found.contains("`none` has an effect where `dry` is not 0, which is no number"), "{found}");
         assert!(!["`fine`", "`fed`", "`bare`", "`some`"].iter().any(|sound| found.contains(sound)), "{found}");
     }

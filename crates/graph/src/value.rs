@@ -88,6 +88,17 @@ impl PortType {
     }
 }
 
+impl PortType {
+    /// Its name with an article, where it takes one.
+    #[must_use]
+    pub fn one(self) -> String {
+        match self {
+            Self::Weights | Self::Strata | Self::Lines => self.to_string(),
+            _ => format!("a {self}"),
+        }
+    }
+}
+
 impl fmt::Display for PortType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

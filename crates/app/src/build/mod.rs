@@ -233,7 +233,7 @@ impl Builder {
         let port = request.graph.port(mask).map_err(|error| wrong(error.to_string()))?;
         let ty = request.graph.output_type(port);
         if ty != PortType::Mask {
-            return Err(wrong(format!("it is a {ty}")).hint("name a mask, such as `NODE.data` of an `Import`"));
+            return Err(wrong(format!("it is {}", ty.one())).hint("name a mask, such as `NODE.data` of an `Import`"));
         }
         let (values, _) = self.evaluate(request, &[port], cancel, &Quiet)?;
         let holes = values.first().and_then(Value::as_field).map(Holes::of);

@@ -49,18 +49,44 @@ pub fn of_height(height: &Field, view: View) -> Field {
 
 /// A picture of a part of the world as the viewport shows it, in the tints of the `whole`: as [`of_field`], but without
 /// the shadows of terrain, which may be outside the part, and with numbers that have a unit in the colours of
-/// [`NUMBERS`] and not in greys, which light and shadow of a 3D view would change.
+/// [`NUMBERS`] and not in greys, which light and shadow of a 3D view would change. Heights may share their tints with
+/// others `beside` them; a mask with heights beside it lies on their hillshade.
 #[must_use]
-pub fn of_part(part: &Field, ty: PortType, whole: &Field) -> Field {
+pub fn of_part(part: &Field, ty: PortType, whole: &Field, beside: Option<&Field>) -> Field {
     match ty {
         PortType::Height => {
-            let [_, colour] = hillshade::relief(part, &hillshade::Params::fitted(whole));
+            let mut light = hillshade::Params::fitted(whole);
+            if let Some(other) = beside.map(hillshade::Params::fitted) {
+                light.low = light.low.min(other.low);
+                light.high = light.high.max(other.high);
+                light.exaggeration = light.exaggeration.min(other.exaggeration);
+            }
+            let [_, colour] = hillshade::relief(part, &light);
             colour
+        }
+        PortType::Mask if beside.is_some_and(|ground| ground.window() == part.window()) => {
+            beside.map_or_else(|| grey(part, &Scale::linear(whole)), |ground| over(part, ground))
         }
         PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
         PortType::Scalar(_) => coloured(part, &Scale::of(whole, ty)),
         _ => grey(part, &Scale::linear(whole)),
     }
+}
+
+/// A mask in red over the hillshade of the ground below it.
+fn over(mask: &Field, ground: &Field) -> Field {
+    /// In linear RGB.
+    const RED: [f32; 3] = [0.8, 0.08, 0.04];
+    const COVER: f32 = 0.7;
+    let [shade, _] = hillshade::relief(ground, &hillshade::Params::fitted(ground));
+    let shade = shade.plane(0);
+    let plane = |red: f32| {
+        mask.plane(0).iter().zip(shade).map(move |(&mask, &shade)| {
+            let (cover, grey) = (COVER * mask.clamp(0.0, 1.0), light_of(shade));
+            grey + (red * (0.3 + 0.7 * shade) - grey) * cover
+        })
+    };
+    Field::with_planes(*mask.window(), 3, RED.into_iter().flat_map(plane).collect())
 }
 
 /// The palette of numbers in the viewport.
@@ -317,9 +343,9 @@ mod tests {
         let window = Window { origin: [2, 1], cells: [4, 3], ..Window::whole(world) };
         let part = whole.crop(&window);
         for ty in [PortType::Mask, PortType::Scalar(Unit::Metres), PortType::Scalar(Unit::SquareMetres)] {
-            assert_eq!(of_part(&part, ty, &whole), of_part(&whole, ty, &whole).crop(&window), "{ty:?}");
+            assert_eq!(of_part(&part, ty, &whole, None), of_part(&whole, ty, &whole, None).crop(&window), "{ty:?}");
         }
-        assert_ne!(of_part(&part, PortType::Height, &whole), of_height(&part, View::Map));
+        assert_ne!(of_part(&part, PortType::Height, &whole, None), of_height(&part, View::Map));
     }
 
     /// The numbers at the ends and in the middle of a scale are those that the picture shows there.
@@ -337,7 +363,7 @@ mod tests {
             Scale::of(&Field::constant(Window::whole(world), 0.0), PortType::Scalar(Unit::SquareMetres)).number(0.0),
             None
         );
-        let picture = of_part(&numbers, PortType::Scalar(Unit::Metres), &numbers);
+        let picture = of_part(&numbers, PortType::Scalar(Unit::Metres), &numbers, None);
         let tints = tints(NUMBERS);
         let pixel = |at: usize| [0, 1, 2].map(|plane| picture.plane(plane)[at]);
         assert_eq!((pixel(0), pixel(2)), (tints[0], tints[TINTS - 1]));

@@ -89,6 +89,14 @@ fn a_stroke_within_one_slow_frame_is_painted_and_its_mask_shown() {
     // the drag of 113 by 50 points, in metres, including the end where the button was released
     let ratio = (last[0] - first[0]) / (last[1] - first[1]);
     assert!((ratio - 113.0 / 50.0).abs() < 0.02, "{points:?}");
+    // in red, on the hillshade of the terrain
+    settle(&mut window);
+    if let Some(picture) = picture(&mut window, "mask on the map") {
+        let greys = picture.pixels().filter(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2] && pixel[0] > 60);
+        let shades: std::collections::BTreeSet<u8> = greys.map(|pixel| pixel[0]).collect();
+        let red = picture.pixels().filter(|pixel| pixel[0].saturating_sub(pixel[1]) > 60).count();
+        assert!(shades.len() > 40 && red > 1000, "{} shades, {red} red pixels", shades.len());
+    }
     window.get_by_label("Raise").click();
     window.run_steps(3);
     assert_eq!(window.state().session().pinned(), None, "heights are painted on the land again");

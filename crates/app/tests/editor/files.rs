@@ -2,8 +2,12 @@
 
 use std::{fs, path::Path};
 
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable as _;
 use orograph::editor::{Answer, FileCommand, Question, Session};
 use orograph_graph::Edit;
+
+use crate::hand::type_text;
 
 /// A text with comments and an unusual order.
 pub(crate) const HILLS: &str = "// Two hills.\n(\n    nodes: {\n        \"b\": Perlin(octaves: 3), // low\n        \
@@ -102,6 +106,40 @@ fn saving_under_a_new_name_asks_nothing_and_updates_file_paths() {
     assert_eq!(text(&file), source, "the first file is as it was");
     assert!(!session.is_dirty());
     assert_eq!(session.document().steps(), 2);
+}
+
+/// Enter in the field of the name does not replace another file; the button does.
+#[test]
+fn another_file_is_replaced_only_by_its_button() {
+    crate::draws();
+    let (folder, file) = hills();
+    let other = folder.path().join("other.ron");
+    fs::write(&other, "// mine").expect("written");
+    let mut window = crate::window(Some(file));
+    window.run_steps(2);
+    window.state_mut().session_mut().ask_name();
+    window.run_steps(3);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    type_text(&mut window, &folder.path().join("other").display().to_string());
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("There is such a file already").is_some());
+    assert_eq!((text(&other).as_str(), window.state().session().question()), ("// mine", Some(&Question::Name)));
+    window.get_by_label("Replace").click();
+    window.run_steps(3);
+    assert_eq!((text(&other).as_str(), window.state().session().question()), (HILLS, None));
+}
+
+#[test]
+fn a_file_with_errors_says_so() {
+    let (folder, _) = hills();
+    let broken = folder.path().join("broken.ron");
+    fs::write(&broken, "(nodes: { \"a\": Perlin( }").expect("written");
+    let mut session = session(None);
+    session.request(FileCommand::Open(broken));
+    let notes = session.take_notes();
+    assert!(notes.iter().any(|note| note.message.contains("cannot be built; the Problems pane")), "{notes:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use egui::accesskit::Role;
 use egui_kittest::{Harness, kittest::Queryable as _};
-use orograph::editor::App;
+use orograph::editor::{App, FileCommand};
 use orograph_graph::{Edit, ParamValue};
 
 use crate::{built, picture, scratch, settle, until, window};
@@ -78,6 +78,18 @@ fn a_snapshot_is_compared_and_restored() {
     window.state_mut().session_mut().remove_snapshot("snapshot 1");
     window.run_steps(3);
     assert_eq!(window.state().session().compared(), None);
+}
+
+/// Restoring it would replace another graph.
+#[test]
+fn a_snapshot_goes_with_its_graph() {
+    crate::draws();
+    let mut window = opened();
+    let session = window.state_mut().session_mut();
+    session.take_snapshot();
+    session.compare(Some("snapshot 1".to_owned()));
+    session.request(FileCommand::New);
+    assert_eq!((session.snapshots().len(), session.compared()), (0, None));
 }
 
 #[test]

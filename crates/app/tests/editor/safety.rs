@@ -111,6 +111,22 @@ fn unsaved_work_is_offered_with_its_history() {
     assert_eq!(journals(folder.path()), [""; 0]);
 }
 
+/// The welcome page marks a file with work to recover.
+#[test]
+fn unsaved_work_is_known_before_its_file_is_opened() {
+    let (folder, file) = hills();
+    let journals = Journals::with_state(folder.path());
+    assert!(!journals.has_work(&file));
+    let mut before = kept(Some(&file), folder.path());
+    before.apply(&octaves("5"));
+    drop(before);
+    assert!(journals.has_work(&file) && !journals.has_work(&folder.path().join("other.ron")));
+    let mut session = kept(Some(&file), folder.path());
+    session.answer(Answer::Discard);
+    drop(session);
+    assert!(!journals.has_work(&file));
+}
+
 #[test]
 fn the_journal_of_an_unnamed_graph_is_in_the_state_folder() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,6 +1,6 @@
 //! Tests of the viewport.
 
-use egui::{Event, Key, Modifiers, ViewportId, pos2, vec2};
+use egui::{Event, Key, Modifiers, PointerButton, ViewportId, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::Edit;
@@ -9,7 +9,7 @@ use crate::{
     built,
     canvas::{ROW, ground, window_on},
     graph,
-    hand::{at, click, click_with, drag, key, title, wheel},
+    hand::{at, button, click, click_with, drag, key, title, wheel},
     picture, settle, until, window,
 };
 
@@ -137,10 +137,25 @@ fn a_line_is_measured() {
     let mut window = hello();
     window.get_by_label("Measure").click();
     window.step();
+    let is_open = |window: &Harness<'_, App>| window.query_by_label_contains("length").is_some();
+    // the pane opens when the line is drawn, and not under the pointer
+    let (from, to) = (pos2(380.0, 150.0), pos2(560.0, 300.0));
+    window.hover_at(from);
+    window.step();
+    button(&mut window, from, PointerButton::Primary, true, Modifiers::NONE);
+    for step in 1..=6 {
+        window.hover_at(from.lerp(to, step as f32 / 6.0));
+        window.step();
+        assert!(!is_open(&window), "step {step}");
+    }
+    button(&mut window, to, PointerButton::Primary, false, Modifiers::NONE);
+    window.step();
+    assert!(is_open(&window));
+    picture(&mut window, "measure");
+    // it stays open while another line is drawn
     drag(&mut window, pos2(380.0, 150.0), pos2(560.0, 300.0));
     window.step();
-    assert!(window.query_by_label_contains("length").is_some());
-    picture(&mut window, "measure");
+    assert!(is_open(&window));
 }
 
 #[test]

@@ -63,7 +63,11 @@ impl Document {
             let spec: &ParamSpec = specs.iter().find(|spec| arg.item.is_some() && spec.name == arg.name)?;
             let when = spec.idle(&instance.params, is_wired)?;
             // a name of the file may set it otherwise
-            let (When::Setting { param: on, .. } | When::NonZero(on) | When::Wired(on) | When::Unwired(on)) = when;
+            let (When::Setting { param: on, .. }
+            | When::NonZero(on)
+            | When::Empty(on)
+            | When::Wired(on)
+            | When::Unwired(on)) = when;
             (!self.is_exposed(index, on)).then(|| {
                 let message = format!("`{}` of `{}` has no effect: it is used only if {when}", spec.name, entry.name);
                 Diagnostic::note("no-effect", arg.name_span.clone(), message)

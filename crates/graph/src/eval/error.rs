@@ -31,7 +31,7 @@ pub enum EvalError {
         input: &'static str,
     },
     /// The type of a wire does not fit its input, because a parameter has changed the type of the source.
-    #[error("`{from}` gives a {gives}, but `{to}` takes a {takes}")]
+    #[error("`{from}` gives {}, but `{to}` takes {}", .gives.one(), .takes.one())]
     Type {
         /// The output, as `node.port`.
         from: String,

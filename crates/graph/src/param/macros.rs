@@ -9,11 +9,16 @@ use super::{
 /// Declares a node's parameters once: a typed struct `Params`, its specifications and its reader.
 ///
 /// A row is `name: type = default, Unit, hard range;`. Before the semicolon it may have `soft lo..=hi`, and then, for a
-/// parameter that has an effect only with some settings, `when other = "name" | "name"`, `given other` for one that has
-/// an effect only if that number is not 0, `with input` for one that has an effect only if that input is wired, and
-/// `unless input` for one that has none then. The type is one of `f64`,
-/// `i64`, `bool`, [`Seed`], `[f64; 2]`, [`Position`], [`CurvePoints`], [`StepPoints`], [`PathPoints`],
-/// [`OutlinePoints`], [`Waypoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a
+/// parameter that has an effect only in some cases:
+///
+/// - `when other = "name" | "name"`: with these settings;
+/// - `given other`: if that number is not 0;
+/// - `lacking other`: if that table is empty;
+/// - `with input`: if that input is wired;
+/// - `unless input`: if it is not.
+///
+/// The type is one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`Position`], [`CurvePoints`], [`StepPoints`],
+/// [`PathPoints`], [`OutlinePoints`], [`Waypoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a
 /// [`choice!`](crate::choice) enum; types without a range write `..`.
 ///
 /// ```
@@ -41,7 +46,7 @@ macro_rules! params {
     ($( $(#[doc = $doc:literal])+
         $name:ident: $ty:ty = $default:expr, $unit:ident, $hard:expr
             $(, soft $lo:literal ..= $hi:literal)? $(, when $on:ident = $($is:literal)|+)*
-            $(, given $amount:ident)*
+            $(, given $amount:ident)* $(, lacking $table:ident)?
             $(, with $owner:ident)? $(, unless $heir:ident)?; )*) => {
         /// The node's parameters, typed.
         #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +64,7 @@ macro_rules! params {
                     when: &[
                         $( $crate::When::Setting { param: stringify!($on), is: &[ $( concat!($is) ),+ ] }, )*
                         $( $crate::When::NonZero(stringify!($amount)), )*
+                        $( $crate::When::Empty(stringify!($table)), )?
                         $( $crate::When::Wired(stringify!($owner)), )?
                         $( $crate::When::Unwired(stringify!($heir)), )?
                     ],

@@ -33,7 +33,8 @@ pub fn schema(registry: &Registry) -> Value {
         "title": "Orograph graph file",
         "description": "A graph file as JSON, as `orograph schema GRAPH.ron` prints it. `x-unit` is the unit of plain \
             numbers, `x-usual` the range of the editor's slider, `x-when` the settings with which a parameter has an \
-            effect, `x-unless-zero` the numbers that must not be 0 for that, `x-if-wired` and `x-unless-wired` the input on which that depends, `x-port` the type of an input \
+            effect, `x-unless-zero` the numbers that must not be 0 for that, `x-if-empty` the table that must be empty, \
+            `x-if-wired` and `x-unless-wired` the input on which that depends, `x-port` the type of an input \
             or an output, and `x-required` marks an input that needs a wire.",
         "type": "object",
         "required": ["nodes"],

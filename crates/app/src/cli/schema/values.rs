@@ -180,6 +180,7 @@ pub fn parameter(spec: &ParamSpec) -> Value {
         match when {
             When::Setting { param, is } => _ = settings.insert((*param).to_owned(), json!(is)),
             When::NonZero(param) => amounts.push(param),
+            When::Empty(param) => schema["x-if-empty"] = json!(param),
             When::Wired(input) => schema["x-if-wired"] = json!(input),
             When::Unwired(input) => schema["x-unless-wired"] = json!(input),
         }

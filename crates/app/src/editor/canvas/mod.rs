@@ -223,14 +223,9 @@ impl Canvas {
         }
     }
 
-    /// Makes an edit; if it is refused, also shows the reason at the pointer.
+    /// Makes an edit; if it is refused, shows the reason at the pointer.
     fn apply(&mut self, ui: &egui::Ui, session: &mut Session, edit: &Edit) -> bool {
-        let made = session.apply(edit);
-        // A refused edit changes nothing, so a copy refuses it for the same reason.
-        if !made && let Err(error) = session.document().clone().apply(edit) {
-            self.refuse(ui, error.to_string());
-        }
-        made
+        session.attempt(edit).map_err(|reason| self.refuse(ui, reason)).is_ok()
     }
 
     fn refuse(&mut self, ui: &egui::Ui, reason: String) {

@@ -245,8 +245,8 @@ impl Palette {
         let hint = match &self.purpose {
             Purpose::Add => "Search nodes".to_owned(),
             Purpose::Wire { end, side } => match (side, pin_type(model, end, *side)) {
-                (Side::Output, Some(ty)) => format!("Nodes that accept a {ty}"),
-                (Side::Input, Some(ty)) => format!("Nodes that output a {ty}"),
+                (Side::Output, Some(ty)) => format!("Nodes that accept {}", ty.one()),
+                (Side::Input, Some(ty)) => format!("Nodes that output {}", ty.one()),
                 (_, None) => "Search nodes".to_owned(),
             },
             Purpose::Insert(_) => "Nodes that fit this wire".to_owned(),

@@ -103,14 +103,21 @@ impl Questions {
             typed.request_focus();
         }
         let path = PathBuf::from(self.typed.trim());
-        if path.is_file() {
-            ui.label(RichText::new("File exists. Saving overwrites it.").color(ui.visuals().warn_fg_color));
+        let with_ending = if path.extension().is_some() { path.clone() } else { path.with_extension("ron") };
+        let replaces = with_ending.is_file() && session.path() != Some(with_ending.as_path());
+        if replaces {
+            let text = RichText::new("There is such a file already. Replacing it cannot be undone.");
+            ui.label(text.color(ui.visuals().warn_fg_color));
         }
         let entered = typed.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         buttons(ui, |ui| {
-            if (ui.add_enabled(!self.typed.trim().is_empty(), Button::new("Save")).clicked() || entered)
-                && answer.is_none()
-            {
+            let text = if replaces { "Replace" } else { "Save" };
+            let save = ui.add_enabled(!self.typed.trim().is_empty(), Button::new(text));
+            // another file is replaced only by its button
+            if entered && replaces {
+                save.request_focus();
+            }
+            if (save.clicked() || entered && !replaces) && answer.is_none() {
                 *answer = Some(Answer::SaveAs(path));
             }
             if ui.button("Browse\u{2026}").clicked() {

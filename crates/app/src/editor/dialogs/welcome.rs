@@ -6,7 +6,7 @@ use egui::{Button, Context, Id, Label, RichText, Ui, vec2};
 
 use super::gallery::{self, Cards};
 use crate::editor::{
-    FileCommand,
+    FileCommand, Journals,
     window::{menu::file_name, state, theme},
 };
 
@@ -28,6 +28,8 @@ const STARTS: [(&str, &str, Option<&str>); 3] = [
 #[derive(Default)]
 pub(crate) struct Welcome {
     cards: Cards,
+    /// The recent files with unsaved work of an earlier session; known once the page has been shown.
+    unsaved: Option<Vec<PathBuf>>,
 }
 
 impl Welcome {
@@ -48,7 +50,11 @@ impl Welcome {
             if !recent.is_empty() {
                 ui.add_space(6.0);
                 ui.strong("Recent files");
-                chosen = recent_files(ui, recent).or(chosen.take());
+                let unsaved = self.unsaved.get_or_insert_with(|| {
+                    let journals = Journals::of_system();
+                    recent.iter().take(RECENT).filter(|path| journals.has_work(path)).cloned().collect()
+                });
+                chosen = recent_files(ui, recent, unsaved).or(chosen.take());
             }
             ui.add_space(6.0);
             ui.strong("Examples");
@@ -89,13 +95,17 @@ fn starts(ui: &mut Ui) -> Option<FileCommand> {
     chosen
 }
 
-/// The files that were opened or saved last.
-fn recent_files(ui: &mut Ui, recent: &[PathBuf]) -> Option<FileCommand> {
+/// The files that were opened or saved last; those with work to recover are marked.
+fn recent_files(ui: &mut Ui, recent: &[PathBuf], unsaved: &[PathBuf]) -> Option<FileCommand> {
     let mut chosen = None;
     for path in recent.iter().take(RECENT) {
         ui.horizontal(|ui| {
             if ui.link(file_name(path)).on_hover_text(path.display().to_string()).clicked() {
                 chosen = Some(FileCommand::Open(path.clone()));
+            }
+            if unsaved.contains(path) {
+                let mark = RichText::new("unsaved work to recover").small().color(ui.visuals().warn_fg_color);
+                ui.label(mark);
             }
             let folder = path.parent().map(|folder| folder.display().to_string()).unwrap_or_default();
             ui.add(Label::new(RichText::new(folder).weak().small()).truncate());

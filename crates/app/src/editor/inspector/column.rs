@@ -1,8 +1,8 @@
 //! A table of layers as a geologist's column: the layers to scale, hard ones wide, and a row of fields for each.
 
 use egui::{
-    Align2, Button, Color32, CornerRadius, FontId, Rect, Sense, Stroke, StrokeKind, Ui, WidgetInfo, WidgetType, pos2,
-    vec2,
+    Align2, Button, Color32, CornerRadius, FontId, Label, Rect, RichText, Sense, Stroke, StrokeKind, Ui, WidgetInfo,
+    WidgetType, pos2, vec2,
 };
 use orograph_graph::{Layer, ParamValue, Srgb, Unit};
 use orograph_nodes::numerics::math;
@@ -27,6 +27,8 @@ pub(super) fn show(ui: &mut Ui, form: &mut FormState, place: Place<'_>, layers: 
         ui.weak("No table: the layers are generated");
     } else {
         draw(ui, layers, TALL);
+        let columns = RichText::new("Thickness, hardness and angle of repose, from the top down").small().weak();
+        ui.add(Label::new(columns).wrap());
     }
     let set = |layers: Vec<Layer>| Some(ValueChange::Set(ParamValue::Layers(layers)));
     let mut change = None;

@@ -61,7 +61,9 @@ fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
         typed
     });
     if let Some(text) = typed {
-        let made = text.parse().map_err(|_| format!("`{text}` is not an integer of at least 1")).and_then(|wanted| {
+        let number = text.trim().parse().ok().filter(|wanted| (1..=World::MAX_SIDE).contains(wanted));
+        let number = number.ok_or_else(|| format!("`{text}` is not a whole number from 1 to {}", World::MAX_SIDE));
+        let made = number.and_then(|wanted| {
             let world = squared(World { cells: scaled(now, wanted), ..now }, now.size)?;
             session.attempt(&Edit::SetWorld(world))
         });

@@ -98,8 +98,8 @@ pub(super) fn show(
         (Kind::File, ParamValue::File(name)) => file(ui, form, place, name),
         (Kind::Strokes { .. }, ParamValue::Strokes(strokes)) => {
             ui.label(counted(strokes.len(), "stroke"));
-            let clear = ui.add_enabled(!strokes.is_empty(), Button::new("Clear"));
-            let clear = clear.named(format!("Clear {}", place.name));
+            let clear = ui.add_enabled(!strokes.is_empty(), Button::new("✖").small());
+            let clear = clear.named(format!("Clear {}", place.name)).on_hover_text("Remove all strokes");
             clear.clicked().then_some(ValueChange::Set(ParamValue::Strokes(Vec::new())))
         }
         _ => None,

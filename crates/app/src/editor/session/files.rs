@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orograph_graph::{Document, LoadError, Registry};
+use orograph_graph::{Document, LoadError, Registry, Severity};
 
 use super::{
     Lost, Session,
@@ -10,7 +10,10 @@ use super::{
 };
 use crate::{
     files::archive::is_archive,
-    report::failure::{Failure, reason},
+    report::{
+        failure::{Failure, reason},
+        terminal::counted,
+    },
 };
 
 /// A command that closes the current document.
@@ -330,10 +333,18 @@ impl Session {
         self.preferred.clear();
         self.nodes.clear();
         self.built.clear();
+        // those of another graph would replace this one
+        self.snapshots.clear();
+        self.compare(None);
         self.end_journal();
         self.changed();
         self.watch_files();
         self.look_back();
+        if self.document.has_errors() {
+            let errors = self.document.problems().iter().filter(|problem| problem.severity == Severity::Error).count();
+            let (title, errors) = (self.title(), counted(errors, "error"));
+            self.note(format!("{title} has {errors} and cannot be built; the Problems pane lists them"), true);
+        }
     }
 
     fn write(&mut self, path: &Path) -> bool {

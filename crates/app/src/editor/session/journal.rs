@@ -100,6 +100,13 @@ impl Journals {
         left
     }
 
+    /// Returns true if an earlier session has left unsaved work on a file.
+    #[must_use]
+    pub fn has_work(&self, file: &Path) -> bool {
+        let exists = self.names(Some(file)).iter().any(|name| name.exists());
+        exists && self.look(Some(file)).found.iter().any(|found| found.recovered.has_work())
+    }
+
     /// Creates a journal for a file, or for a graph without a name.
     pub(super) fn begin(&self, file: Option<&Path>, start: JournalEntry, trouble: Trouble) -> io::Result<Journal> {
         let mut refused = io::Error::other("there is no folder for the journal");

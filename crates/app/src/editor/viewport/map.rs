@@ -215,9 +215,10 @@ pub(in crate::editor) fn label(painter: &egui::Painter, at: egui::Pos2, align: A
 }
 
 /// The value at a position, as text.
-pub(super) fn readout(shown: &Shown, [x, y]: [f64; 2]) -> String {
-    let place = format!("x {}  y {}", Unit::Metres.display(x), Unit::Metres.display(y));
-    match value(shown.ty, &shown.field, [x, y]) {
+pub(super) fn readout(shown: &Shown, at: [f64; 2]) -> String {
+    let [x, y] = at.map(|along| position(shown.field.window().world.size, along));
+    let place = format!("x {x}  y {y}");
+    match value(shown.ty, &shown.field, at) {
         None => place,
         Some(value) => format!("{place}   {value}"),
     }
@@ -242,6 +243,15 @@ pub(super) fn short(unit: Unit, value: f64) -> String {
     let power = 10_f64.powi(digits);
     let rounded = (value * power).round() / power;
     unit.display(if rounded.is_finite() { rounded } else { value })
+}
+
+/// A position along a side of a world, with the same digits everywhere, so that a moving text keeps its width.
+fn position(size: [f64; 2], along: f64) -> String {
+    match size[0].max(size[1]) {
+        10_000.0.. => format!("{:.3} km", along / 1000.0),
+        100.0.. => format!("{along:.1} m"),
+        _ => format!("{along:.3} m"),
+    }
 }
 
 /// The index of the cell at a position. Returns None outside the window.

@@ -109,6 +109,7 @@ pub(super) struct Viewport {
 }
 
 /// The current value of an output.
+#[derive(Clone)]
 struct Shown {
     /// The output with the samples, as `node.port`.
     port: String,
@@ -176,15 +177,20 @@ impl Viewport {
     /// Returns true while the newest result of a shown output is not drawn yet.
     pub(super) fn is_drawing(&self, session: &Session) -> bool {
         let shown_port = session.shown();
-        let sides = [shown_port.as_deref(), session.compared()].into_iter().zip([&self.painter, &self.other]);
-        sides.enumerate().any(|(side, (port, painter))| {
-            let Some((port, shown)) = port.and_then(|port| Some((port, shown(session, port)?))) else { return false };
+        let ports = [shown_port.as_deref(), session.compared()];
+        let both = ports.map(|port| port.and_then(|port| Some((port, shown(session, port)?))));
+        let sides = both.iter().zip([&self.painter, &self.other]);
+        sides.enumerate().any(|(side, (shown, painter))| {
+            let Some((port, shown)) = shown else { return false };
+            let beside = both[1 - side].as_ref().map(|(_, beside)| beside).filter(|beside| beside.ty == shown.ty);
+            let below = self.below(session, shown);
+            let beside = beside.or(below.as_ref());
             match (self.mode, &self.landscape) {
                 (Mode::Terrain, Ok(landscape)) => {
                     let surface = Surface::of(session, &Parts::of(session, port, &self.look));
                     surface.is_some_and(|surface| landscape.lacks(side, &surface.key))
                 }
-                _ => painter.lacks(&shown, self.contours),
+                _ => painter.lacks(shown, beside, self.contours),
             }
         })
     }
@@ -237,7 +243,8 @@ impl Viewport {
             });
             parts.unwrap_or_default()
         });
-        session.also_show(parts.iter().flat_map(Parts::names).collect());
+        let below = port.as_deref().and_then(|port| self.name_below(session, port));
+        session.also_show(parts.iter().flat_map(Parts::names).chain(below).collect());
         let Some(shown) = port.as_deref().and_then(|port| shown(session, port)) else {
             let node = port.as_deref().and_then(|port| port.split_once('.')).map(|(node, _)| node);
             let lacks = node.and_then(|node| Some(format!("{node}\n{}", session.node(node).state.lacks()?)));
@@ -254,7 +261,10 @@ impl Viewport {
             return Vec::new();
         };
         let compared = compared.and_then(|port| self::shown(session, &port));
-        self.profile.panel(ui, &shown, compared.as_ref());
+        let below = self.below(session, &shown);
+        let measured = [Some(&shown), compared.as_ref()].map(|shown| shown.map(|shown| measured(session, shown)));
+        let [own, other] = &measured;
+        self.profile.panel(ui, own.as_ref().unwrap_or(&shown), other.as_ref());
         let handles = matches!(self.tool, Tool::Look | Tool::Draw);
         let on_handle = handles && self.draw.takes(ui);
         let tool = self.tool != Tool::Look || on_handle;
@@ -288,19 +298,24 @@ impl Viewport {
                 (pointer, vec![first.drawn(), second.drawn()])
             }
             _ => {
-                self.painter.want(ui.ctx(), &shown, self.contours);
+                let alike = compared.as_ref().is_some_and(|compared| compared.ty == shown.ty);
+                let other = compared.as_ref().filter(|_| alike);
+                self.painter.want(ui.ctx(), &shown, other.or(below.as_ref()), self.contours);
                 if let Some(compared) = &compared {
-                    self.other.want(ui.ctx(), compared, self.contours);
+                    self.other.want(ui.ctx(), compared, Some(&shown).filter(|_| alike), self.contours);
                 }
                 let first = &shown;
                 let shown: Vec<&Shown> = std::iter::once(first).chain(&compared).collect();
                 let near: Vec<Option<Shown>> = shown.iter().map(|shown| finer(session, shown)).collect();
                 let mut finer = [map::Finer::default(); 2];
-                for (((finer, painter), near), shown) in finer.iter_mut().zip(&mut self.finer).zip(&near).zip(&shown) {
-                    if let Some(near) = near.as_ref().filter(|near| near.fresh) {
-                        painter.want_part(ui.ctx(), near, shown, self.contours);
+                let parts = finer.iter_mut().zip(&mut self.finer).zip(&near).zip(&shown);
+                for (side, (((finer, painter), near), whole)) in parts.enumerate() {
+                    // a mask that is painted lies on all of the ground
+                    if let Some(near) = near.as_ref().filter(|near| near.fresh && below.is_none()) {
+                        let beside = shown.get(1 - side).copied().filter(|_| alike);
+                        painter.want_part(ui.ctx(), near, (whole, beside), self.contours);
                     }
-                    *finer = map::Finer { shown: near.as_ref(), picture: painter.part(&shown.port, shown.revision) };
+                    *finer = map::Finer { shown: near.as_ref(), picture: painter.part(&whole.port, whole.revision) };
                 }
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
                 let drawn = shown.iter().map(|shown| vec![shown.port.clone()]).collect();
@@ -323,6 +338,18 @@ impl Viewport {
         }
         self.tool_bar(ui, session, pane);
         drawn
+    }
+
+    /// The heights on which a mask lies that is painted on the map, as `node.port`.
+    fn name_below(&self, session: &Session, port: &str) -> Option<String> {
+        let graph = session.document().graph();
+        let painted = graph.port(port).ok().filter(|_| self.mode == Mode::Map && self.tool == Tool::Brush)?;
+        let ground = (graph.output_type(painted) == PortType::Mask).then(|| session.ground_of(painted)).flatten()?;
+        Some(graph.port_name(ground))
+    }
+
+    fn below(&self, session: &Session, shown: &Shown) -> Option<Shown> {
+        self::shown(session, &self.name_below(session, &shown.port)?)
     }
 
     /// The bar of the tool, on the top of the picture.
@@ -566,6 +593,16 @@ fn shown(session: &Session, port: &str) -> Option<Shown> {
     let fresh = live || built.revision == session.revision() && built.step == 0 && !session.is_busy();
     let (revision, step) = (built.revision, built.step);
     Some(Shown { port: port.to_owned(), ty, field, lines: None, revision, step, fresh })
+}
+
+/// What the measuring tool reads: the heights under colours and vectors, if they are built.
+fn measured(session: &Session, shown: &Shown) -> Shown {
+    let ground = (shown.ty.planes() != Some(1)).then(|| {
+        let graph = session.document().graph();
+        let ground = session.ground_of(graph.port(&shown.port).ok()?)?;
+        self::shown(session, &graph.port_name(ground))
+    });
+    ground.flatten().unwrap_or_else(|| shown.clone())
 }
 
 /// The samples of a snapshot, those of the heights that they lie on, or level ground.

@@ -19,11 +19,14 @@ struct Key {
     contours: bool,
     /// Cells of the whole output, which gives the range of the tints.
     whole: [u32; 2],
+    /// The port, revision and step of the heights beside it in a comparison, or below a mask.
+    beside: Option<(String, u64, u64)>,
 }
 
 impl Key {
-    fn of(shown: &Shown, whole: Option<&Field>, contours: bool) -> Self {
+    fn of(shown: &Shown, whole: Option<&Field>, beside: Option<&Shown>, contours: bool) -> Self {
         Self {
+            beside: beside.map(|beside| (beside.port.clone(), beside.revision, beside.step)),
             port: shown.port.clone(),
             revision: shown.revision,
             step: shown.step,
@@ -42,23 +45,38 @@ pub(super) struct Painter {
 }
 
 impl Painter {
-    /// Requests the picture of an output; the previous one stays until it is ready.
-    pub(super) fn want(&mut self, context: &Context, shown: &Shown, contours: bool) {
-        self.want_in_tints(context, shown, None, contours);
+    /// Requests the picture of an output; the previous one stays until it is ready. Heights share their tints with those
+    /// `beside` them in a comparison; a mask lies on them.
+    pub(super) fn want(&mut self, context: &Context, shown: &Shown, beside: Option<&Shown>, contours: bool) {
+        self.want_in_tints(context, shown, (None, beside), contours);
     }
 
     /// Returns true if the picture of an output is not made yet.
-    pub(super) fn lacks(&self, shown: &Shown, contours: bool) -> bool {
-        self.texture.as_ref().is_none_or(|(made, _)| *made != Key::of(shown, None, contours))
+    pub(super) fn lacks(&self, shown: &Shown, beside: Option<&Shown>, contours: bool) -> bool {
+        let key = Key::of(shown, None, sharing(shown, beside), contours);
+        self.texture.as_ref().is_none_or(|(made, _)| *made != key)
     }
 
     /// Requests the picture of a part of an output, with the tints of the whole output.
-    pub(super) fn want_part(&mut self, context: &Context, part: &Shown, whole: &Shown, contours: bool) {
-        self.want_in_tints(context, part, Some(&whole.field), contours);
+    pub(super) fn want_part(
+        &mut self,
+        context: &Context,
+        part: &Shown,
+        (whole, beside): (&Shown, Option<&Shown>),
+        contours: bool,
+    ) {
+        self.want_in_tints(context, part, (Some(&whole.field), beside), contours);
     }
 
-    fn want_in_tints(&mut self, context: &Context, shown: &Shown, whole: Option<&Field>, contours: bool) {
-        let key = Key::of(shown, whole, contours);
+    fn want_in_tints(
+        &mut self,
+        context: &Context,
+        shown: &Shown,
+        (whole, beside): (Option<&Field>, Option<&Shown>),
+        contours: bool,
+    ) {
+        let beside = sharing(shown, beside);
+        let key = Key::of(shown, whole, beside, contours);
         if let Some((made, image)) = self.work.take() {
             match image.try_recv() {
                 Ok(image) => {
@@ -77,13 +95,14 @@ impl Painter {
         }
         let (outbox, inbox) = channel();
         let (context, field, whole, ty) = (context.clone(), shown.field.clone(), whole.cloned(), shown.ty);
+        let beside = beside.map(|beside| beside.field.clone());
         let contours = key.contours;
         let most = context.input(|input| input.max_texture_side) as u32;
         rayon::spawn(move || {
             let field = picture::shrunk(&field, most);
             let whole = whole.map_or_else(|| field.clone(), |whole| picture::shrunk(&whole, most));
             // Ignored: the receiver is gone once the window is closed.
-            let _ = outbox.send(image(&field, &whole, ty, contours));
+            let _ = outbox.send(image(&field, (&whole, beside.as_ref()), ty, contours));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
@@ -118,9 +137,15 @@ const fn options() -> TextureOptions {
     }
 }
 
-/// A picture of an output for the screen, with the tints of the whole output.
-fn image(field: &Field, whole: &Field, ty: PortType, contours: bool) -> ColorImage {
-    let mut bytes = srgb_bytes(&picture::of_part(field, ty, whole));
+/// The heights that a picture depends on: those on the other side of a comparison of heights, or those below a mask.
+fn sharing<'a>(shown: &Shown, beside: Option<&'a Shown>) -> Option<&'a Shown> {
+    let uses = matches!(shown.ty, PortType::Height | PortType::Mask);
+    beside.filter(|beside| uses && beside.ty == PortType::Height)
+}
+
+/// A picture of an output for the screen, with the tints of the whole output, and of what is beside it.
+fn image(field: &Field, (whole, beside): (&Field, Option<&Field>), ty: PortType, contours: bool) -> ColorImage {
+    let mut bytes = srgb_bytes(&picture::of_part(field, ty, whole, beside));
     if contours {
         let (low, high) = whole.range(0).unwrap_or_default();
         draw_contours(&mut bytes, field, contour_step(f64::from(high - low)));

@@ -14,6 +14,9 @@ pub(super) struct Profile {
     line: Option<Line>,
     /// The start of the line while it is being drawn.
     from: Option<[f64; 2]>,
+    /// True if the pane is open. It opens and closes after a drag, because it changes the size of the view, and so the
+    /// place under the pointer.
+    open: bool,
 }
 
 impl Profile {
@@ -39,12 +42,11 @@ impl Profile {
 
     /// The pane with the profile, if there is a line.
     pub(super) fn panel(&mut self, ui: &mut egui::Ui, shown: &Shown, compared: Option<&Shown>) {
-        let Some(line) = self.line else { return };
-        let [a, b] = line;
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
-        if length <= 0.0 {
-            return;
+        let length = self.line.map_or(0.0, |[a, b]| (b[0] - a[0]).hypot(b[1] - a[1]));
+        if self.from.is_none() {
+            self.open = length > 0.0;
         }
+        let Some(line) = self.line.filter(|_| self.open) else { return };
         egui::Panel::bottom("profile").resizable(true).default_size(150.0).show(ui, |ui| {
             let own = samples(shown, line);
             let unit = shown.ty.unit();
@@ -53,7 +55,7 @@ impl Profile {
                 if let (Some(first), Some(last)) = (own.first(), own.last()) {
                     let rise = last[1] - first[1];
                     ui.label(format!("from {} to {}", short(unit, first[1]), short(unit, last[1])));
-                    if unit == Unit::Metres {
+                    if unit == Unit::Metres && length > 0.0 {
                         ui.label(format!("mean slope {:.1}°", (rise / length).atan().to_degrees()));
                     }
                 }

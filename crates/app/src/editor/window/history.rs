@@ -6,9 +6,12 @@
 use std::collections::BTreeMap;
 
 use egui::{Button, Label, RichText, ScrollArea, Sense, Ui};
-use orograph_graph::{Document, diff};
+use orograph_graph::{Document, NodeEntry, ParamValue, diff};
 
-use crate::editor::{Session, window::names::Named as _};
+use crate::{
+    editor::{Session, window::names::Named as _},
+    report::terminal::counted,
+};
 
 /// The History pane.
 #[derive(Debug, Default)]
@@ -93,12 +96,74 @@ fn described(document: &Document, step: usize) -> String {
     };
     let [before, after] = [before, after].map(|text| Document::parse_in(text, document.folder(), document.registry()));
     // the fonts of the window have no arrow
-    let lines: Vec<String> = diff(&before, &after).iter().map(|line| line.replace('→', "to")).collect();
+    let mut lines: Vec<String> =
+        diff(&before, &after).iter().map(|line| shortened(&after, line).replace('→', "to")).collect();
+    // what came or went says more than its wires
+    lines.sort_by_key(|line| !is_of_node(line));
+    let subgraph = |end: &str| lines.iter().find(|line| is_of_node(line) && line.ends_with(end));
+    let name = |line: &str| line.split(' ').nth(1).unwrap_or_default().to_owned();
+    let others = |end: &str| lines.iter().filter(|line| is_of_node(line) && line.ends_with(end)).count();
+    if let Some(made) = lines.iter().find(|line| is_of_node(line) && line.contains("(Subgraph) added"))
+        && others("removed") > 0
+    {
+        return format!("subgraph {} made of {}", name(made), counted(others("removed"), "node"));
+    }
+    if let Some(gone) = subgraph("(Subgraph) removed")
+        && lines.iter().any(|line| is_of_node(line) && line.contains(" added"))
+    {
+        return format!("subgraph {} replaced by its nodes", name(gone));
+    }
     match lines.as_slice() {
-        [] => "Layout, notes or comments".to_owned(),
+        [] => unbuilt(&before, &after).to_owned(),
         [one] => one.clone(),
         [first, rest @ ..] => format!("{first}, and {} more", rest.len()),
     }
+}
+
+/// Returns true for a line of a difference about a whole node.
+fn is_of_node(line: &str) -> bool {
+    line.starts_with("node ")
+}
+
+/// A line of a difference without the points of lists: `paint.strokes: 3 strokes`.
+fn shortened(after: &Document, line: &str) -> String {
+    let Some((place, _)) = line.split_once(' ').filter(|(place, rest)| place.contains('.') && rest.contains('['))
+    else {
+        return line.to_owned();
+    };
+    let value = place.split_once('.').and_then(|(node, name)| {
+        let index = after.node(node)?.index?;
+        after.graph().instance(index).params.get(name)
+    });
+    match value {
+        Some(ParamValue::Strokes(strokes)) => format!("{place}: {}", counted(strokes.len(), "stroke")),
+        Some(ParamValue::Path(points)) => format!("{place}: {}", counted(points.len(), "point")),
+        Some(ParamValue::Waypoints(points)) => format!("{place}: {}", counted(points.len(), "point")),
+        _ => format!("{place} changed"),
+    }
+}
+
+/// What a step changed that does not affect the build.
+fn unbuilt(before: &Document, after: &Document) -> &'static str {
+    let differ = |of: &dyn Fn(&NodeEntry) -> String| {
+        let all = |document: &Document| document.nodes().iter().map(of).collect::<Vec<_>>();
+        all(before) != all(after)
+    };
+    if differ(&|entry| entry.note.clone()) {
+        return "note changed";
+    }
+    if before.frames().len() != after.frames().len() {
+        return "frame added or removed";
+    }
+    let places = |document: &Document| {
+        let frames = document.frames().iter().map(|entry| format!("{} {:?}", entry.name, entry.frame));
+        let routes = document.reroutes().iter().map(|route| format!("{:?}", route.places));
+        frames.chain(routes).collect::<Vec<_>>()
+    };
+    if differ(&|entry| format!("{:?}", entry.layout)) || places(before) != places(after) {
+        return "nodes arranged";
+    }
+    "comments changed"
 }
 
 /// The snapshots, and the button that makes one.

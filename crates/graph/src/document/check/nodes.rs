@@ -373,7 +373,7 @@ impl Checker<'_> {
             let message = format!("`{}` ({}) needs a wire into `{input}`", entry.name, node.id);
             let problem = Diagnostic::error("unwired", entry.kind_span.clone(), message);
             let hint =
-                format!("write `{input}: \"…\"` with the name of a node that gives a {}", node.inputs[position].ty);
+                format!("write `{input}: \"…\"` with the name of a node that gives {}", node.inputs[position].ty.one());
             self.problems.push(problem.hint(hint));
         }
     }

@@ -49,7 +49,7 @@ impl Checker<'_> {
                 // An unknown type is treated as a height, as in the graph.
                 let ty = types.get(&port).copied().unwrap_or(PortType::Height);
                 if !ty.is_writable() {
-                    let message = format!("output `{name}` is a {ty}, which cannot be written to a file");
+                    let message = format!("output `{name}` is {}, which cannot be written to a file", ty.one());
                     let problem = Diagnostic::error("not-writable", span.clone(), message);
                     let hint = self.writable(port, types);
                     self.problems.push(problem.hint(hint));

@@ -217,7 +217,7 @@ fn refused(
     }
     problem.hint(match converter(registry, gives, takes) {
         Some((node, param, option)) => format!("put a `{node}` with `{param}: {option}` between them"),
-        None => format!("wire something that gives a {takes}"),
+        None => format!("wire something that gives {}", takes.one()),
     })
 }
 

@@ -35,11 +35,11 @@ params! {
     /// Elevation of the top of the first layer at the centre of the world, before folds and other bends.
     top: f64 = 0.0, Metres, -1e5..=1e5, soft -1000.0..=4000.0;
     /// Number of generated layers, if `layers` is empty. They alternate between hard and soft.
-    count: i64 = 8, Count, 1..=10_000, soft 2..=30;
+    count: i64 = 8, Count, 1..=10_000, soft 2..=30, lacking layers;
     /// Mean thickness of generated layers.
-    thickness: f64 = 150.0, Metres, 0.01..=1e5, soft 5.0..=1000.0;
+    thickness: f64 = 150.0, Metres, 0.01..=1e5, soft 5.0..=1000.0, lacking layers;
     /// Ratio of the hardness of hard to that of soft generated layers.
-    contrast: f64 = 6.0, One, 1.0..=1000.0, soft 1.0..=20.0;
+    contrast: f64 = 6.0, One, 1.0..=1000.0, soft 1.0..=20.0, lacking layers;
     /// Direction of the strike, along which tilted layers and folds run, clockwise from north.
     strike: f64 = 60.0, Degrees, -360.0..=360.0, soft 0..=180;
     /// Angle at which layers descend to the right of the strike.

@@ -162,10 +162,15 @@ impl Export {
         let height = (room.y - 80.0).max(120.0);
         let window = window.max_height(height);
         let window = if height > HEIGHT { window.default_height(HEIGHT) } else { window };
-        window.default_pos([(room.x - 420.0).max(10.0) / 2.0, 60.0_f32.min(room.y / 6.0)]).show(context, |ui| {
-            self.contents(ui, session);
-        });
-        self.open = open;
+        let shown =
+            window.default_pos([(room.x - 420.0).max(10.0) / 2.0, 60.0_f32.min(room.y / 6.0)]).show(context, |ui| {
+                self.contents(ui, session);
+            });
+        // unless Escape ends the typing in a field or belongs to what is above
+        let is_top = shown.is_some_and(|shown| context.top_layer_id() == Some(shown.response.layer_id));
+        let is_free = context.memory(|memory| memory.focused().is_none());
+        let escaped = is_top && is_free && context.input(|input| input.key_pressed(egui::Key::Escape));
+        self.open = open && !escaped;
     }
 
     fn contents(&mut self, ui: &mut Ui, session: &Session) {
@@ -185,7 +190,7 @@ impl Export {
             }
         });
         if session.is_dirty() {
-            let text = "Unsaved changes are not in the file that the command reads.";
+            let text = "The command builds the file as it was saved, without your unsaved changes.";
             ui.add(Label::new(RichText::new(text).small().weak()).wrap());
         }
         if let Some(failure) = &self.refused {
@@ -355,7 +360,8 @@ impl Export {
         let request = match self.request(session) {
             Ok(request) => request,
             Err(failure) => {
-                self.refused = Some(failure);
+                let message = failure.message.trim_start_matches("`--cells`: ").to_owned();
+                self.refused = Some(Failure { message, ..failure });
                 return;
             }
         };

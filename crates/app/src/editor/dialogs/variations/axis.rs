@@ -1,6 +1,6 @@
 //! A side of a grid of two parameters: the parameter, and the range of its values.
 
-use egui::{ComboBox, RichText, TextEdit, Ui};
+use egui::{ComboBox, Label, RichText, TextEdit, Ui};
 use orograph_graph::{Edit, Fallback, Graph, Kind, NodeIndex, ParamValue, Port, Unit};
 
 use crate::editor::{Session, arithmetic::calculated, inspector::short, window::names::Named as _};
@@ -165,7 +165,8 @@ impl Axis {
                     changed = true;
                 }
             }
-            ui.label(RichText::new(format!("now {}", self.subject.text(self.subject.now))).weak());
+            let now = RichText::new(format!("now {}", self.subject.text(self.subject.now))).weak();
+            ui.add(Label::new(now).extend());
         });
         changed
     }
