@@ -1,6 +1,6 @@
 //! The measuring tool: length, rise and profile along a line.
 
-use egui_plot::{Legend, Line as PlotLine, Plot, PlotPoints};
+use egui_plot::{GridInput, GridMark, Legend, Line as PlotLine, Plot, PlotPoints};
 use orograph_graph::Unit;
 
 use super::{
@@ -68,6 +68,8 @@ impl Profile {
             let plot = if compared.is_some() { plot.legend(Legend::default()) } else { plot };
             plot.x_axis_formatter(|mark, _| Unit::Metres.display(mark.value))
                 .y_axis_formatter(move |mark, _| unit.display(mark.value))
+                .x_grid_spacer(round_numbers(10.0))
+                .y_grid_spacer(round_numbers(2.0))
                 .show(ui, |plot| {
                     plot.line(PlotLine::new(shown.port.clone(), PlotPoints::from(own)));
                     if let Some(compared) = compared.filter(|compared| compared.ty.unit() == unit) {
@@ -76,6 +78,23 @@ impl Profile {
                     }
                 });
         });
+    }
+}
+
+/// Lines at multiples of 1, 2 or 5 times a power of ten, so many times the least distance apart that each has room for
+/// its number. The plot's own steps are powers of ten, of which a range may have none.
+fn round_numbers(apart: f64) -> impl Fn(GridInput) -> Vec<GridMark> {
+    const MOST: f64 = 100.0;
+    move |GridInput { bounds: (low, high), base_step_size }| {
+        let least = apart * base_step_size;
+        let power = 10_f64.powi(least.log10().floor() as i32);
+        let step_size = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= least);
+        let Some(step_size) = step_size.filter(|step| step.is_finite() && (high - low) / step < MOST) else {
+            return Vec::new();
+        };
+        let first = (low / step_size).ceil() as i64;
+        let last = (high / step_size).floor() as i64;
+        (first..=last).map(|count| GridMark { value: count as f64 * step_size, step_size }).collect()
     }
 }
 
@@ -90,4 +109,19 @@ fn samples(shown: &Shown, [a, b]: Line) -> Vec<[f64; 2]> {
         Some([share * length, f64::from(values[at])])
     };
     (0..=steps).filter_map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_are_at_round_numbers_with_room_between() {
+        let marks = |bounds, base_step_size| -> Vec<f64> {
+            round_numbers(3.5)(GridInput { bounds, base_step_size }).iter().map(|mark| mark.value).collect()
+        };
+        assert_eq!(marks((270.0, 910.0), 50.0), [400.0, 600.0, 800.0]);
+        assert_eq!(marks((-0.25, 0.25), 0.02), [-0.2, -0.1, 0.0, 0.1, 0.2]);
+        assert!(marks((0.0, 1e9), 1e-3).is_empty());
+    }
 }

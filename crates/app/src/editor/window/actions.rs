@@ -153,7 +153,7 @@ impl Action {
             Self::FitView => viewport("Fit view", "Show the whole world", &[(NONE, Key::Home)]),
             Self::Fly => viewport(
                 "Fly",
-                "W A S D to fly, E and Q for up and down, Shift for faster, drag to look, wheel for the speed",
+                "Fly: W A S D to move, E and Q for up and down, Shift for faster, drag to look, wheel for the speed",
                 &[(NONE, Key::G)],
             ),
             Self::Contours => viewport("Contours", "Show contour lines", &[(NONE, Key::C)]),
