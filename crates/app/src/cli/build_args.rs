@@ -8,10 +8,7 @@ use orograph_nodes::raster::Format;
 use crate::{
     build::request::{Changes, Means, Request},
     export::outputs::OutputOptions,
-    report::{
-        failure::Failure,
-        terminal::{self, Page},
-    },
+    report::{failure::Failure, terminal},
 };
 
 /// What to build, and how.
@@ -65,12 +62,11 @@ impl BuildArgs {
 
     /// Warns of options that lose detail, and of options that change none of these outputs.
     fn warn(&self, outputs: &[OutputDecl]) {
-        let warn = |text: &str| terminal::remark(&format!("{} {text}\n", Page::stderr().doubtful("warning:")));
         let options = &self.options;
         let has = |is: &dyn Fn(PortType) -> bool| outputs.iter().any(|output| is(output.ty));
         let is_coarse = |output: &&OutputDecl| output.ty == PortType::Height && options.has_format(output.ty);
         if let Some(height) = outputs.iter().find(is_coarse).filter(|_| options.format == Format::Png8) {
-            warn(&format!(
+            terminal::warn(&format!(
                 "png8 has 256 levels, which is too few for the height `{}`: build heights with `--format png16` and \
                  masks with png8, in two runs with `--only`",
                 height.name
@@ -89,7 +85,7 @@ impl BuildArgs {
             ("--mesh", options.mesh.is_some() && !has(&has_mesh), "no output is a height or has lines"),
         ];
         for (option, _, why) in idle.into_iter().filter(|(_, is_idle, _)| *is_idle) {
-            warn(&format!("`{option}` has no effect: {why}"));
+            terminal::warn(&format!("`{option}` has no effect: {why}"));
         }
     }
 }

@@ -114,7 +114,7 @@ impl Job<'_> {
         for output in outputs.iter().filter(|output| !holds(output.ty)) {
             let what =
                 format!("`{}` has the type {}, which a cube cannot contain; it is left out", output.name, output.ty);
-            terminal::remark(&format!("{} {what}\n", Page::stderr().doubtful("warning:")));
+            terminal::warn(&what);
         }
         if !outputs.iter().any(|output| holds(output.ty)) {
             return Err(Failure::wrong("no output is a raster of numbers, so the cube would be empty")

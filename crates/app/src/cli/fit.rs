@@ -95,7 +95,10 @@ impl Args {
         for (at, vary) in self.vary.iter().enumerate() {
             let same = |other: &&Vary| same_value(&request.document, other.place(), vary.place());
             if let Some(other) = self.vary[..at].iter().find(same) {
-                let what = format!("`{}` and `{}` vary the same value", other.place(), vary.place());
+                let what = match other.place() == vary.place() {
+                    true => format!("`{}` is varied twice", vary.place()),
+                    false => format!("`{}` and `{}` vary the same value", other.place(), vary.place()),
+                };
                 return Err(Failure::wrong(what).hint("remove one of them"));
             }
         }
@@ -155,11 +158,6 @@ impl Args {
         if self.vary.is_empty() {
             return Err(Failure::wrong("there is nothing to fit: no parameter is varied")
                 .hint("name one or several: `--vary NODE.PARAM` or `--vary NODE.PARAM=LO..HI`"));
-        }
-        for (at, vary) in self.vary.iter().enumerate() {
-            if self.vary[..at].iter().any(|other| other.place() == vary.place()) {
-                return Err(Failure::wrong(format!("`{}` is varied twice", vary.place())).hint("remove one of them"));
-            }
         }
         if self.vary.len() > 1 && self.vary.iter().any(Vary::is_field) {
             return Err(Failure::wrong("a field is fitted alone, without other parameters")

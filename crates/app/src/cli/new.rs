@@ -70,13 +70,11 @@ impl Args {
             Err(problem) => return wrong(format!("`{}`: {problem}", file.display()), problem.remedy().to_owned()),
         };
         for remark in head.notes.iter().chain(&extent.remarks) {
-            let warning = Page::stderr().doubtful("warning:");
-            terminal::remark(&format!("{warning} `{}`: {remark}\n", file.display()));
+            terminal::warn(&format!("`{}`: {remark}", file.display()));
         }
         if let Some(quantity) = raster::other_quantity(&file) {
-            let warning = Page::stderr().doubtful("warning:");
-            terminal::remark(&format!(
-                "{warning} `{}`: the file beside it says that it holds {quantity}; the graph reads its values as heights\n",
+            terminal::warn(&format!(
+                "`{}`: the file beside it says that it holds {quantity}; the graph reads its values as heights",
                 file.display()
             ));
         }
@@ -126,7 +124,7 @@ impl Args {
             failed(error.to_string()).hint(error.remedy())
         })?;
         for remark in remarks {
-            terminal::remark(&format!("{} {remark}\n", Page::stderr().doubtful("warning:")));
+            terminal::warn(&remark);
         }
         Ok(joined)
     }

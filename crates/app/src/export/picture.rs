@@ -64,9 +64,10 @@ pub fn of_part(part: &Field, ty: PortType, whole: &Field, beside: Option<&Field>
             let [_, colour] = hillshade::relief(part, &light);
             colour
         }
-        PortType::Mask if beside.is_some_and(|ground| ground.window() == part.window()) => {
-            beside.map_or_else(|| grey(part, &Scale::linear(whole)), |ground| over(part, ground))
-        }
+        PortType::Mask => match beside.filter(|ground| ground.window() == part.window()) {
+            Some(ground) => over(part, ground),
+            None => grey(part, &Scale::linear(whole)),
+        },
         PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
         PortType::Scalar(_) => coloured(part, &Scale::of(whole, ty)),
         _ => grey(part, &Scale::linear(whole)),

@@ -5,10 +5,7 @@ use std::path::Path;
 use orograph_graph::{Window, World, files};
 use orograph_nodes::raster::{self, Heights, Problem};
 
-use crate::report::{
-    failure::Failure,
-    terminal::{self, Page},
-};
+use crate::report::{failure::Failure, terminal};
 
 /// What becomes of voids, unless they are left out.
 pub const FILLED: &str = "are filled from those around";
@@ -76,10 +73,7 @@ pub fn read(path: &Path, scale: &Scale, done: &str) -> Result<Heights, Failure> 
         return Err(wrong("has integer codes without a height range", "add the range: `--range 0,2500`"));
     }
     let (head, voids) = (raster.head.clone(), raster.voids);
-    let warn = |what: &str| {
-        let warning = Page::stderr().doubtful("warning:");
-        terminal::remark(&format!("{warning} `{}`: {what}\n", path.display()));
-    };
+    let warn = |what: &str| terminal::warn(&format!("`{}`: {what}", path.display()));
     if scale.range.is_some() && head.coding.is_none_or(|coding| coding.range.is_some()) {
         warn("`--range` has no effect, as the file states its heights");
     }

@@ -245,6 +245,11 @@ pub fn unprinted(error: &io::Error) -> Failure {
         .hint(format!("{}, or direct the output to another file with `>`", remedy(error)))
 }
 
+/// Writes a warning, a sentence without a full stop, to standard error.
+pub fn warn(text: &str) {
+    remark(&format!("{} {text}\n", Page::stderr().doubtful("warning:")));
+}
+
 /// Writes a remark to standard error. Errors are ignored: standard error may be closed.
 pub fn remark(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());

@@ -140,6 +140,13 @@ fn invalid_requests() {
     place.write("g.ron", SMALL);
     for (args, said) in [
         (vec!["--cells", "0"], "not a whole number from 1"),
+        (vec!["--set", "seed=4"], "write `--seed N`"),
+        (vec!["--set", "world.cells=4"], "write `--cells N`"),
+        (vec!["--set", "world.size=4"], "change the world in the file"),
+        (vec!["--set", "plain.value="], "there is no value"),
+        (vec!["--cells", "-5"], "`-5` is not a whole number from 1"),
+        (vec!["--supersample", "2.5"], "not a whole number from 1 to 8"),
+        (vec!["--window", "-1 km,0,2 km x 2 km"], "not within the world"),
         (vec!["--cells", "1000000000"], "EiB"),
         (vec!["--cells", "44800"], "3.7 GiB"),
         (vec!["--cells", "33x17"], "along the longer side alone"),
@@ -313,21 +320,9 @@ fn a_value_is_set_once() {
 }
 
 #[test]
-fn options_name_their_remedy() {
+fn worlds_and_files_that_do_not_fit_name_their_remedy() {
     let place = Place::new();
     place.write("g.ron", SMALL);
-    for (args, said) in [
-        (&["--set", "seed=4"][..], "write `--seed N`"),
-        (&["--set", "world.cells=4"], "write `--cells N`"),
-        (&["--set", "world.size=4"], "change the world in the file"),
-        (&["--set", "plain.value="], "there is no value"),
-        (&["--cells", "-5"], "`-5` is not a whole number from 1"),
-        (&["--cells", "0"], "`0` is not a whole number from 1"),
-        (&["--supersample", "2.5"], "not a whole number from 1 to 8"),
-        (&["--window", "-1 km,0,2 km x 2 km"], "not within the world"),
-    ] {
-        place.run(&[&["run", "g.ron"], args].concat()).ended(1, &[said]);
-    }
     let fitted = place.run(&["run", "g.ron", "--cells", "33", "-o", "33"]).done();
     assert!(
         fitted.err.contains("the world becomes 3.2 km x 1.64") && fitted.err.contains("33 x 17 cells"),

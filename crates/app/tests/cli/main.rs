@@ -126,6 +126,7 @@ struct Ran {
 
 impl From<Output> for Ran {
     fn from(output: Output) -> Self {
+        assert!(output.status.code().is_some(), "ended by a signal: {output:?}");
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("the program writes UTF-8");
         Self {
             code: output.status.code().expect("it ends by itself"),

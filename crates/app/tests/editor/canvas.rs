@@ -13,7 +13,7 @@ use tempfile::TempDir;
 
 use crate::{
     built, graph,
-    hand::{at, button, click, click_with, drag, drag_with, key, title, type_text, wheel},
+    hand::{at, button, click, click_with, drag, drag_with, key, pull, title, type_text, wheel},
     picture, settle, window,
 };
 
@@ -190,13 +190,7 @@ fn a_wire_dropped_on_a_node_connects_to_a_matching_pin() {
 fn a_wire_that_does_not_fit_is_refused_with_the_reason() {
     let (mut window, _folder) = window_on(ROW);
     let [from, to] = ["output place.mask", "input lonely.height"].map(|pin| at(&window, pin));
-    window.hover_at(from);
-    window.step();
-    button(&mut window, from, PointerButton::Primary, true, Modifiers::NONE);
-    for step in 1..=4 {
-        window.hover_at(from.lerp(to, step as f32 / 4.0));
-        window.step();
-    }
+    pull(&mut window, [from, to], 4, |_| {});
     window.run_steps(2);
     assert!(
         window.query_all_by_label_contains("takes a height").next().is_some(),

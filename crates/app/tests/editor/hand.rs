@@ -45,6 +45,18 @@ pub fn drag_with(window: &mut Harness<'_, App>, from: Pos2, to: Pos2, modifiers:
     window.run_steps(2);
 }
 
+/// Presses the button and moves the pointer in steps, without letting go; looks at the window after each.
+pub fn pull(window: &mut Harness<'_, App>, [from, to]: [Pos2; 2], steps: u32, each: impl Fn(&Harness<'_, App>)) {
+    window.hover_at(from);
+    window.step();
+    button(window, from, PointerButton::Primary, true, Modifiers::NONE);
+    for step in 1..=steps {
+        window.hover_at(from.lerp(to, step as f32 / steps as f32));
+        window.step();
+        each(window);
+    }
+}
+
 pub fn drag(window: &mut Harness<'_, App>, from: Pos2, to: Pos2) {
     drag_with(window, from, to, Modifiers::NONE);
 }

@@ -9,7 +9,7 @@ use crate::{
     built,
     canvas::{ROW, ground, window_on},
     graph,
-    hand::{at, button, click, click_with, drag, key, title, wheel},
+    hand::{at, button, click, click_with, drag, key, pull, title, wheel},
     picture, settle, until, window,
 };
 
@@ -140,14 +140,7 @@ fn a_line_is_measured() {
     let is_open = |window: &Harness<'_, App>| window.query_by_label_contains("length").is_some();
     // the pane opens when the line is drawn, and not under the pointer
     let (from, to) = (pos2(380.0, 150.0), pos2(560.0, 300.0));
-    window.hover_at(from);
-    window.step();
-    button(&mut window, from, PointerButton::Primary, true, Modifiers::NONE);
-    for step in 1..=6 {
-        window.hover_at(from.lerp(to, step as f32 / 6.0));
-        window.step();
-        assert!(!is_open(&window), "step {step}");
-    }
+    pull(&mut window, [from, to], 6, |window| assert!(!is_open(window)));
     button(&mut window, to, PointerButton::Primary, false, Modifiers::NONE);
     window.step();
     assert!(is_open(&window));

@@ -26,11 +26,7 @@ use super::{
 };
 use crate::{
     files::archive::Source,
-    report::{
-        failure::Failure,
-        problems,
-        terminal::{self, Page},
-    },
+    report::{failure::Failure, problems, terminal},
 };
 
 /// The changes of the command line.
@@ -219,11 +215,8 @@ impl Request {
         let (size, own) = (request.world.size, request.document.world().size);
         if warnings && size != own {
             let [x, y] = size.map(|side| Unit::Metres.display(side));
-            let warning = Page::stderr().doubtful("warning:");
-            terminal::remark(&format!(
-                "{warning} the world becomes {x} x {y}, so that {} x {} cells are square\n",
-                request.world.cells[0], request.world.cells[1]
-            ));
+            let [nx, ny] = request.world.cells;
+            terminal::warn(&format!("the world becomes {x} x {y}, so that {nx} x {ny} cells are square"));
         }
         Ok(request)
     }
