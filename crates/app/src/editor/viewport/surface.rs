@@ -104,7 +104,7 @@ impl Parts {
         Self { ground: ground.map(|port| graph.port_name(port)).or_else(level), over, water, lines }
     }
 
-    /// The parts of a snapshot, under the names that [`shown`] knows.
+    /// The parts of a snapshot, under the names that [`shown()`] knows.
     fn of_snapshot(session: &Session, name: &str) -> Self {
         let own = || Some(name.to_owned());
         match session.snapshot(name) {
