@@ -16,7 +16,13 @@ impl Variation {
     /// The natural logarithm of the factor at a position in metres.
     #[must_use]
     pub fn log(&self, place_m: [f64; 2]) -> f64 {
-        self.deviation * self.waves.at(place_m).clamp(-self.most[0], self.most[1])
+        self.log_of(self.waves.at(place_m))
+    }
+
+    /// The natural logarithm of the factor where the waves have this value.
+    #[must_use]
+    pub fn log_of(&self, waves: f64) -> f64 {
+        self.deviation * waves.clamp(-self.most[0], self.most[1])
     }
 
     /// The root mean square of the factor, for normally distributed waves: the sum over quantiles.

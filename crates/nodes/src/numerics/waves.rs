@@ -7,8 +7,7 @@
 
 use orograph_graph::{Job, NodeError, Window, memory::zeroed, mix};
 
-use super::math;
-use crate::numerics::par;
+use super::{math, par, simd::simd};
 
 /// The shortest wavelength that cells can represent, in cells.
 pub const SHORTEST_CELLS: f64 = 4.0;
@@ -32,9 +31,15 @@ pub struct Waves {
     pub seed: u32,
 }
 
+/// Positions whose place on the lattice is found together.
+const BLOCK: usize = 256;
+/// Positions that are evaluated together.
+const GROUP: usize = 8;
+
 /// A field that can be evaluated at any position.
 pub struct Sampler {
-    gradients: [[f64; 2]; 256],
+    /// Components of 256 unit vectors.
+    gradients: [[f64; 256]; 2],
     cosine: f64,
     sine: f64,
     stretch: f64,
@@ -46,10 +51,9 @@ impl Waves {
     /// Creates a sampler without wavelengths below `shortest_m` metres, except for the longest octave.
     #[must_use]
     pub fn sampler(&self, shortest_m: f64) -> Sampler {
-        let gradients = std::array::from_fn(|at| {
-            let angle = at as f64 * (std::f64::consts::TAU / 256.0);
-            [math::cos(angle), math::sin(angle)]
-        });
+        let angle = |at: usize| at as f64 * (std::f64::consts::TAU / 256.0);
+        let gradients =
+            [std::array::from_fn(|at| math::cos(angle(at))), std::array::from_fn(|at| math::sin(angle(at)))];
         let fall = math::exp2(-(self.spectral_slope - 2.0) / 2.0);
         let first = (1.0 - fall * fall).sqrt() / OCTAVE_DEVIATION;
         let waves = (0..MOST_OCTAVES).map(|octave| (octave, self.longest_m / f64::from(1_u32 << octave)));
@@ -72,7 +76,7 @@ impl Waves {
         let mut samples = zeroed(window.len())?;
         par::each(samples.chunks_mut(window.nx()), |j, row| {
             job.check()?;
-            row.iter_mut().enumerate().for_each(|(i, sample)| *sample = sampler.at(window.centre_m(i, j)) as f32);
+            row.iter_mut().zip(sampler.row(window, j)).for_each(|(sample, value)| *sample = value as f32);
             Ok::<(), NodeError>(())
         })?;
         Ok(samples)
@@ -90,30 +94,128 @@ impl Sampler {
         };
         self.octaves.iter().map(octave).sum()
     }
+
+    /// Evaluates the field at positions in metres, given by their coordinates: the values of [`Self::at`], in a third
+    /// of the time.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn fill(&self, [xs, ys]: [&[f64]; 2], values: &mut [f64]) {
+        assert!(xs.len() == values.len() && ys.len() == values.len(), "a value for each position");
+        let (mut along, mut across) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for ((xs, ys), values) in xs.chunks(BLOCK).zip(ys.chunks(BLOCK)).zip(values.chunks_mut(BLOCK)) {
+            for (k, (x, y)) in xs.iter().zip(ys).enumerate() {
+                along[k] = (x * self.cosine + y * self.sine) / self.stretch;
+                across[k] = y * self.cosine - x * self.sine;
+            }
+            // where a sum of numbers begins
+            values.fill(-0.0);
+            for octave in &self.octaves {
+                add_octave(&self.gradients, &along, &across, octave, values);
+            }
+        }
+    }
+
+    /// Returns the field at the centres of the cells of a window's row `j`.
+    #[must_use]
+    pub fn row(&self, window: &Window, j: usize) -> Vec<f64> {
+        let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, j)[0]).collect();
+        let ys = vec![window.centre_m(0, j)[1]; window.nx()];
+        let mut values = vec![0.0; window.nx()];
+        self.fill([&xs, &ys], &mut values);
+        values
+    }
+}
+
+simd! {
+    /// Adds an octave at positions on the turned and stretched lattice.
+    fn add_octave(
+        gradients: &[[f64; 256]; 2],
+        along: &[f64; BLOCK],
+        across: &[f64; BLOCK],
+        octave: &(f64, f64, u32),
+        values: &mut [f64],
+    ) {
+        let &(wave_m, weight, seed) = octave;
+        let (along, across) = (along.as_chunks::<GROUP>().0, across.as_chunks::<GROUP>().0);
+        for ((along, across), values) in along.iter().zip(across).zip(values.chunks_mut(GROUP)) {
+            let [mut x, mut y, mut x0, mut y0, mut added] = [[0.0; GROUP]; 5];
+            for k in 0..GROUP {
+                (x[k], y[k]) = (along[k] / wave_m, across[k] / wave_m);
+                (x0[k], y0[k]) = (x[k].floor(), y[k].floor());
+            }
+            // along a row, most groups lie in one square of the lattice
+            if (0..GROUP).fold(true, |one, k| one & (x0[k] == x0[0]) & (y0[k] == y0[0])) {
+                let corners = corners(gradients, x0[0], y0[0], seed);
+                for k in 0..GROUP {
+                    added[k] = weight * blend(&corners, x[k] - x0[k], y[k] - y0[k]);
+                }
+            } else {
+                for k in 0..GROUP {
+                    added[k] = weight * octave_at(gradients, x[k], y[k], seed);
+                }
+            }
+            values.iter_mut().zip(added).for_each(|(value, added)| *value += added);
+        }
+    }
 }
 
 /// Gradient noise with unit gradients.
 #[inline(always)]
-fn octave_at(gradients: &[[f64; 2]; 256], x: f64, y: f64, seed: u32) -> f64 {
+fn octave_at(gradients: &[[f64; 256]; 2], x: f64, y: f64, seed: u32) -> f64 {
     let (x0, y0) = (x.floor(), y.floor());
-    let (u, v) = (x - x0, y - y0);
-    let (column, row) = (x0 as i64 as u32, y0 as i64 as u32);
+    blend(&corners(gradients, x0, y0, seed), x - x0, y - y0)
+}
+
+/// The gradients at the corners of a square of the lattice: north-west, north-east, south-west and south-east.
+#[inline(always)]
+fn corners(gradients: &[[f64; 256]; 2], x0: f64, y0: f64, seed: u32) -> [[f64; 2]; 4] {
+    let (column, row) = (low_word(x0), low_word(y0));
     let corner = |dx: u32, dy: u32| {
         let draw = mix(column.wrapping_add(dx).wrapping_mul(0x9E37_79B9) ^ mix(row.wrapping_add(dy) ^ seed)) >> 24;
-        let [along, across] = gradients[draw as usize];
-        along * (u - f64::from(dx)) + across * (v - f64::from(dy))
+        [gradients[0][draw as usize], gradients[1][draw as usize]]
     };
+    [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)]
+}
+
+/// The noise at a place in a square.
+#[inline(always)]
+fn blend(corners: &[[f64; 2]; 4], u: f64, v: f64) -> f64 {
+    let slope = |corner: usize, u: f64, v: f64| corners[corner][0] * u + corners[corner][1] * v;
     let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let (p, q) = (fade(u), fade(v));
-    let north = corner(0, 0) * (1.0 - p) + corner(1, 0) * p;
-    let south = corner(0, 1) * (1.0 - p) + corner(1, 1) * p;
+    let north = slope(0, u, v) * (1.0 - p) + slope(1, u - 1.0, v) * p;
+    let south = slope(2, u, v - 1.0) * (1.0 - p) + slope(3, u - 1.0, v - 1.0) * p;
     north * (1.0 - q) + south * q
+}
+
+/// The lowest 32 bits of a whole number below 2⁵¹, in two's complement; every instruction set has vectors for this.
+#[inline(always)]
+fn low_word(whole: f64) -> u32 {
+    (whole + 6_755_399_441_055_744.0).to_bits() as u32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::moments;
+
+    #[test]
+    fn many_positions_have_the_values_of_each() {
+        let waves = Waves { longest_m: 3e3, spectral_slope: 2.4, stretch: 2.5, grain: 0.9, seed: 8 };
+        let sampler = waves.sampler(40.0);
+        // a block and a part of one, beyond the world on both sides
+        let xs: Vec<f64> = (0..300).map(|k| f64::from(k) * 731.7 - 9e4).collect();
+        let ys: Vec<f64> = (0..300).map(|k| 7e4 - f64::from(k * k % 977) * 113.3).collect();
+        let mut values = vec![f64::NAN; 300];
+        sampler.fill([&xs, &ys], &mut values);
+        for (k, value) in values.iter().enumerate() {
+            assert_eq!(value.to_bits(), sampler.at([xs[k], ys[k]]).to_bits(), "{k}");
+        }
+        for whole in [-7.0, -1.0, 0.0, 4.0, 5e9, -5e9] {
+            assert_eq!(low_word(whole), whole as i64 as u32, "{whole}");
+        }
+    }
 
     #[test]
     fn a_field_has_its_deviation_and_the_same_long_waves_on_any_cells() {

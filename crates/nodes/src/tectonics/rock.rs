@@ -100,28 +100,35 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = Inputs::read(job)?.height.samples();
     let (window, rock, wants) = (job.window(), Rock::new(&params, job), Wants::of(job));
     let nx = window.nx();
-    let place = |i: usize, j: usize| (window.centre_m(i, j), f64::from(height[j * nx + i]));
     let mut hardness = zeroed(window.len())?;
     par::rows_within(job, [0.0, 0.6], &mut hardness, |j, row| {
+        let [bodies, folds, winding] = [&rock.bodies, &rock.folds, &rock.winding].map(|waves| waves.row(&window, j));
         for (i, hardness) in row.iter_mut().enumerate() {
-            let (at, z) = place(i, j);
-            *hardness = rock.hardness(at, z) as f32;
+            let (at, z) = (window.centre_m(i, j), f64::from(height[j * nx + i]));
+            *hardness = rock.hardness(at, z, Waving { bodies: bodies[i], folds: folds[i], winding: winding[i] }) as f32;
         }
     })?;
     let field = |samples: Vec<f32>| Field::new(window, samples);
-    let rate = wants.rate.then(|| hardness.iter().map(|&hard| (params.rate * math::exp(-f64::from(hard))) as f32));
-    let rate = rate.map(|rate| field(rate.collect()));
+    let rate_of = |hard: &f32| (params.rate * math::exp(-f64::from(*hard))) as f32;
+    let rate = wants.rate.then(|| field(par::map_of(&hardness, rate_of)));
     let mut repose = None;
     if wants.repose {
         let mut slopes = zeroed(window.len())?;
         par::rows_within(job, [0.6, 1.0], &mut slopes, |j, row| {
-            for (i, slope) in row.iter_mut().enumerate() {
-                *slope = rock.repose(place(i, j).0, f64::from(hardness[j * nx + i])) as f32;
+            for (i, (slope, stands)) in row.iter_mut().zip(rock.stands.row(&window, j)).enumerate() {
+                *slope = rock.repose(stands, f64::from(hardness[j * nx + i])) as f32;
             }
         })?;
         repose = Some(field(slopes));
     }
     Ok(Given { rate, repose, hardness: wants.hardness.then(|| field(hardness)) }.into())
+}
+
+/// The random fields at a position.
+struct Waving {
+    bodies: f64,
+    folds: f64,
+    winding: f64,
 }
 
 /// The rock as a function of position.
@@ -162,16 +169,17 @@ impl<'a> Rock<'a> {
         }
     }
 
-    fn hardness(&self, at: [f64; 2], z: f64) -> f64 {
+    fn hardness(&self, at: [f64; 2], z: f64, waving: Waving) -> f64 {
         let [along, across] = self.axes.map(|axis| at[0] * axis[0] + at[1] * axis[1]);
-        let bodies = self.bodies.at(at).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
-        let broken = self.broken(at, along, across);
-        self.params.variation * bodies + self.params.beds * self.bed(at, across, z) - self.params.broken * broken
+        let bodies = waving.bodies.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
+        let broken = self.broken(along, across, waving.winding);
+        self.params.variation * bodies + self.params.beds * self.bed(across, z, waving.folds)
+            - self.params.broken * broken
     }
 
     /// Returns the hardness of the bed at a position, drawn between ±√3 for a standard deviation of 1.
-    fn bed(&self, at: [f64; 2], across: f64, z: f64) -> f64 {
-        let up = across * self.dips[0] + z * self.dips[1] + self.params.fold_height * self.folds.at(at);
+    fn bed(&self, across: f64, z: f64, folds: f64) -> f64 {
+        let up = across * self.dips[0] + z * self.dips[1] + self.params.fold_height * folds;
         let bed = up / self.params.bed;
         let own = bed.floor();
         let draw = |bed: f64| (self.draw(bed as i64 as u32, 1) * 2.0 - 1.0) * 3.0_f64.sqrt();
@@ -180,8 +188,8 @@ impl<'a> Rock<'a> {
     }
 
     /// Returns the degree of fracturing, 0 to 1: by faults along the strike and across it, and by joints between them.
-    fn broken(&self, at: [f64; 2], along: f64, across: f64) -> f64 {
-        let (spacing, winding) = (self.params.spacing, 0.25 * self.winding.at(at));
+    fn broken(&self, along: f64, across: f64, winding: f64) -> f64 {
+        let (spacing, winding) = (self.params.spacing, 0.25 * winding);
         let set = |distance: f64, spacing: f64, salt: u32| {
             let place = distance / spacing + winding;
             let nearest = (place + 0.5).floor();
@@ -193,9 +201,9 @@ impl<'a> Rock<'a> {
         faults.max(0.4 * joints)
     }
 
-    fn repose(&self, at: [f64; 2], hardness: f64) -> f64 {
+    fn repose(&self, stands: f64, hardness: f64) -> f64 {
         let own = (1.0 - HARD_IS_STEEP * HARD_IS_STEEP).sqrt();
-        let waves = own * self.stands.at(at) + HARD_IS_STEEP * hardness / self.deviation;
+        let waves = own * stands + HARD_IS_STEEP * hardness / self.deviation;
         let mean = self.params.repose;
         let varied = mean + self.params.repose_variation * waves.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
         varied.clamp(0.3 * mean, 89.0_f64.max(mean))

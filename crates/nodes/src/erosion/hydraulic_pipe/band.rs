@@ -270,7 +270,9 @@ impl Band {
         }
         let t = y - 1;
         if span.loaded.contains(&t) {
-            self.lean(step, span, t);
+            if pace.scheme == Scheme::Inertial {
+                self.lean(step, span, t);
+            }
             if t > span.loaded.start {
                 self.north_faces(scene, pace, step, t);
             }

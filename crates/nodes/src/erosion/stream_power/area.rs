@@ -134,6 +134,21 @@ impl<'a> Area<'a> {
         }
     }
 
+    /// The cells that drain an area or more.
+    #[must_use]
+    pub fn at_least(&self, area_m2: f64) -> AtLeast<'_> {
+        match &self.drained {
+            Drained::Cells(cells) => {
+                let drains = |cells: u32| f64::from(cells) * self.cell_m2 >= area_m2;
+                let near = (area_m2 / self.cell_m2) as u32;
+                // rounding may move the limit by a cell
+                let least = (near.saturating_sub(1)..=near.saturating_add(1)).find(|cells| drains(*cells));
+                AtLeast::Cells { cells, least }
+            }
+            Drained::Rain { sums, .. } => AtLeast::Rain { sums, cell_m2: self.cell_m2, area_m2 },
+        }
+    }
+
     /// Keeps the areas alone, and nothing that only another step would need.
     #[must_use]
     pub fn end(self) -> Self {
@@ -240,6 +255,32 @@ impl<'a> Area<'a> {
     }
 }
 
+/// See [`Area::at_least`].
+pub enum AtLeast<'a> {
+    Cells {
+        cells: &'a [u32],
+        /// The least number of cells; None is more than there are.
+        least: Option<u32>,
+    },
+    Rain {
+        sums: &'a [f64],
+        cell_m2: f64,
+        area_m2: f64,
+    },
+}
+
+impl AtLeast<'_> {
+    /// Whether a cell drains the area.
+    #[must_use]
+    #[inline(always)]
+    pub fn has(&self, cell: usize) -> bool {
+        match self {
+            Self::Cells { cells, least } => least.is_some_and(|least| cells[cell] >= least),
+            Self::Rain { sums, cell_m2, area_m2 } => sums[cell] * cell_m2 >= *area_m2,
+        }
+    }
+}
+
 /// What counts as the area of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
@@ -291,11 +332,19 @@ mod tests {
         assert_eq!(even(4.0, 0.0), [20.0, 40.0, 4000.0]);
         assert_eq!(even(0.0, 0.0), [0.0; 3]);
         assert_eq!(even(-3.0, 900.0), [30.0; 3]);
+        let mut of_cells = Area::new(&law, 3, Lane::Constant(1.0), 100.0, heads(0.0), Scheme::SingleGrid);
+        of_cells.drained = Drained::Cells(vec![15, 16, 40_000]);
         let rain = [1.0; 3];
         let mut uneven = Area::new(&law, 3, Lane::Samples(&rain), 100.0, heads(900.0), Scheme::SingleGrid);
         uneven.drained = Drained::Rain { sums: vec![0.0, 16.0, 40_000.0], rain: &rain };
         assert_eq!([0, 1, 2].map(|cell| uneven.power(&law, cell)), [30.0, 40.0, 2000.0]);
         assert_eq!(uneven.m2(1), 1600.0);
+        for least_m2 in [0.0, 1600.0, 1600.1, 4e6, 1e20, f64::INFINITY] {
+            for area in [&uneven, &of_cells] {
+                let rivers = area.at_least(least_m2);
+                assert_eq!([0, 1, 2].map(|cell| rivers.has(cell)), [0, 1, 2].map(|cell| area.m2(cell) >= least_m2));
+            }
+        }
     }
 
     /// Where A₀ is four times its mean, the law is (√A + 2 √A₀) / √2 of it, for any exponent n.

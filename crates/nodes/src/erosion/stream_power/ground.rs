@@ -61,18 +61,22 @@ impl Ground {
         let deviation = params.roughness_variation;
         let variation = varies.then(|| Variation { deviation, waves: sampler(), most: MOST_DEVIATIONS });
         let mut ground = Self { heights, knolls, variation, has_feet, ribs: params.ribs };
-        ground.vary(job);
+        ground.vary(job)?;
         Ok(ground)
     }
 
     /// Makes the ground rougher here and smoother there.
-    fn vary(&mut self, job: &Job<'_>) {
-        let Some(variation) = &self.variation else { return };
-        let (window, nx) = (job.window(), job.window().nx());
+    fn vary(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
+        let Some(variation) = &self.variation else { return Ok(()) };
+        let window = job.window();
         let mean = variation.root_mean_square();
-        par::change_at(&mut self.heights, |cell, height| {
-            *height *= (math::exp(variation.log(window.centre_m(cell % nx, cell / nx))) / mean) as f32;
-        });
+        par::each(self.heights.chunks_mut(window.nx()), |j, heights| {
+            job.check()?;
+            for (height, waves) in heights.iter_mut().zip(variation.waves.row(&window, j)) {
+                *height *= (math::exp(variation.log_of(waves)) / mean) as f32;
+            }
+            Ok(())
+        })
     }
 
     /// Makes ribs of the knolls, along the slopes of the terrain `heights`.
@@ -84,7 +88,7 @@ impl Ground {
             self.heights = Vec::new();
             let heights = par::map_of(heights, |height| *height as f32);
             self.heights = ribs(job, &self.knolls, &heights, self.ribs)?;
-            self.vary(job);
+            self.vary(job)?;
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ use super::{
     inland,
     links::Links,
     rock::Rock,
-    slides,
+    slides::{self, Knolls},
     tectonics::Tectonics,
     winding::Winding,
 };
@@ -64,6 +64,8 @@ pub struct Land<'a> {
     /// Layers of rock, where there are any.
     bedrock: Option<Bedrock<'a>>,
     steepest: Steepest,
+    /// Its mean, once it is needed.
+    mean_steepest: Option<f64>,
     hillslope: Hillslope<'a>,
     /// The drainage area at which a river carries off what creeps into it; infinite without such rivers.
     river_m2: f64,
@@ -154,7 +156,7 @@ pub struct Work {
 }
 
 /// The steepest drop over a distance of 1.
-enum Steepest {
+pub enum Steepest {
     Everywhere(f64),
     Each(Vec<f32>),
 }
@@ -165,6 +167,17 @@ impl Steepest {
         match self {
             Self::Everywhere(slope) => *slope,
             Self::Each(slopes) => f64::from(slopes[cell]),
+        }
+    }
+
+    /// The steepest drops over `length_m` of cells in a row, from the first on.
+    pub fn drops(&self, first: usize, length_m: f64, drops_m: &mut [f64]) {
+        match self {
+            Self::Everywhere(slope) => drops_m.fill(slope * length_m),
+            Self::Each(slopes) => {
+                let slopes = &slopes[first..first + drops_m.len()];
+                drops_m.iter_mut().zip(slopes).for_each(|(drop_m, slope)| *drop_m = f64::from(*slope) * length_m);
+            }
         }
     }
 
@@ -250,6 +263,7 @@ impl<'a> Land<'a> {
             ground: Ground::new(job, params, ribs_follow)?,
             bedrock,
             steepest,
+            mean_steepest: None,
             hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope)
                 .at_least(least_diffusivity)
                 .risen(),
@@ -364,6 +378,7 @@ impl<'a> Land<'a> {
     fn look_up(&mut self) {
         if let (Some(bedrock), Steepest::Each(steepest)) = (&mut self.bedrock, &mut self.steepest) {
             bedrock.look_up(self.tectonics.risen_yr(self.time_yr), &self.heights, steepest);
+            self.mean_steepest = None;
         }
     }
 
@@ -374,16 +389,10 @@ impl<'a> Land<'a> {
         }
         let mut heights = std::mem::take(&mut self.heights);
         let (grid, cell_m, steepest) = (&self.grid, self.cell_m, &self.steepest);
-        let limit = |cell: usize| steepest.at(cell);
-        let slid = match self.ground.heights() {
-            [] => slides::settle(job, grid, &mut heights, cell_m, limit),
-            ground => {
-                // One slope for all: where rock stands steeper from place to place, knolls do not.
-                let slope = steepest.mean();
-                let knoll = |cell: usize| slope * f64::from(ground[cell]);
-                slides::settle_on_knolls(job, grid, &mut heights, cell_m, limit, knoll)
-            }
-        };
+        // One slope for all knolls: where rock stands steeper from place to place, they do not.
+        let mut slope = || *self.mean_steepest.get_or_insert_with(|| steepest.mean());
+        let knolls = Knolls { slope: if self.ground.is_even() { 0.0 } else { slope() }, ground: self.ground.heights() };
+        let slid = slides::settle(job, grid, &mut heights, cell_m, steepest, knolls);
         self.heights = heights;
         slid
     }
@@ -391,7 +400,8 @@ impl<'a> Land<'a> {
     /// Lets the land between rivers creep. What comes to rivers and leaves the world is added to `lost`.
     fn creep(&mut self, job: &Job<'_>, step_yr: f64, step: u32, lost: Option<&mut Vec<f64>>) -> Result<(), NodeError> {
         let (area, river_m2, gates) = (&self.area, self.river_m2, &self.gates);
-        let is_river = |cell: usize| area.m2(cell) >= river_m2;
+        let rivers = area.at_least(river_m2);
+        let is_river = |cell: usize| rivers.has(cell);
         let held: Vec<f64> = gates.iter().map(|&gate| self.heights[gate as usize]).collect();
         let mut lost = lost;
         self.hillslope.creep(
@@ -449,22 +459,25 @@ impl<'a> Land<'a> {
         let mut heights = std::mem::take(&mut self.heights);
         // layers are cut one after the other
         let (links, sea_level_m) = (self.links(step_yr).in_layers(None), self.sea_level_m);
-        let solve = |cell: usize, code: u8, height: f64, below: f64| {
+        // the coefficient and the steepest drop that stands
+        let prepare = |cell: usize, code: u8| {
+            let (coefficient, length_m) = links.of(cell, code);
+            (coefficient, self.steepest.at(cell) * length_m)
+        };
+        let solve = |cell: usize, _: u8, (coefficient, steepest): (f64, f64), height: f64, below: f64| {
             let below = if below < sea_level_m { sea_level_m } else { below };
             let drop = height - below;
             // The floor of a lake waits until the pass it drains through is cut below it.
             if drop.is_nan() || drop <= 0.0 {
                 return height;
             }
-            let (coefficient, length_m) = links.of(cell, code);
             let left = match &self.bedrock {
                 Some(bedrock) => bedrock.left(&self.law, self.n, cell, coefficient, [height, below]),
                 None => self.law.left(coefficient, drop),
             };
-            let steepest = self.steepest.at(cell) * length_m;
             below + if left > steepest { steepest } else { left }
         };
-        let solved = self.drainage.upstream(job, &self.grid, &self.codes, &mut heights, solve);
+        let solved = self.drainage.upstream_after(job, &self.grid, &self.codes, &mut heights, prepare, solve);
         self.heights = heights;
         solved
     }

@@ -14,9 +14,11 @@ use std::ops::Range;
 
 use orograph_graph::{Job, NodeError};
 
+use super::land::Steepest;
 use crate::numerics::{
     par,
     routing::{Grid, Outlet},
+    simd::simd,
 };
 
 /// Rows of a strip. Part of the definition of the result.
@@ -24,11 +26,29 @@ const STRIP_ROWS: usize = 64;
 /// Rows on each side of the seam of two strips that settle once more on rough ground, where the seam would show.
 const SEAM_ROWS: usize = 32;
 
+/// Cells of a row that are looked at together.
+const GROUP: usize = 8;
+
 /// The least slope that a cell gives way to, as a fraction of the steepest one. On even ground cells stand at 0.7 of it
 /// or more.
 const LEAST: f64 = 0.25;
 
-/// Lowers what is steeper than `steepest`, the largest drop per metre at each cell. Cells at base level stay.
+/// The height that knolls and hollows have in balance: `slope` times the ground of each cell in metres.
+#[derive(Clone, Copy)]
+pub struct Knolls<'a> {
+    pub slope: f64,
+    /// Empty on even ground.
+    pub ground: &'a [f32],
+}
+
+impl Knolls<'_> {
+    #[inline(always)]
+    fn at(&self, cell: usize) -> f64 {
+        self.ground.get(cell).map_or(0.0, |ground| self.slope * f64::from(*ground))
+    }
+}
+
+/// Lowers what is steeper above the knolls than `steepest` allows. Cells at base level stay.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -37,25 +57,14 @@ pub fn settle(
     grid: &Grid,
     heights: &mut [f64],
     cell_m: f64,
-    steepest: impl Fn(usize) -> f64 + Sync,
+    steepest: &Steepest,
+    knolls: Knolls<'_>,
 ) -> Result<(), NodeError> {
-    Slides { job, grid, cell_m, steepest, knoll: |_| 0.0 }.within(&strips(grid), heights)
-}
-
-/// The same above the height of the `knoll` of each cell in metres.
-///
-/// # Errors
-/// [`NodeError::Cancelled`].
-pub fn settle_on_knolls(
-    job: &Job<'_>,
-    grid: &Grid,
-    heights: &mut [f64],
-    cell_m: f64,
-    steepest: impl Fn(usize) -> f64 + Sync,
-    knoll: impl Fn(usize) -> f64 + Sync,
-) -> Result<(), NodeError> {
-    let slides = Slides { job, grid, cell_m, steepest, knoll };
+    let slides = Slides { job, grid, cell_m, steepest, knolls };
     slides.within(&strips(grid), heights)?;
+    if knolls.ground.is_empty() {
+        return Ok(());
+    }
     slides.within(&seams(grid), heights)
 }
 
@@ -77,19 +86,25 @@ fn seams(grid: &Grid) -> Vec<Range<usize>> {
     seams
 }
 
-struct Slides<'a, S, K> {
+struct Slides<'a> {
     job: &'a Job<'a>,
     grid: &'a Grid,
     cell_m: f64,
-    steepest: S,
-    knoll: K,
+    steepest: &'a Steepest,
+    knolls: Knolls<'a>,
 }
 
-impl<S: Fn(usize) -> f64 + Sync, K: Fn(usize) -> f64 + Sync> Slides<'_, S, K> {
+impl Slides<'_> {
     /// Settles bands of rows, each with the other bands as they are at the beginning.
     fn within(&self, bands: &[Range<usize>], heights: &mut [f64]) -> Result<(), NodeError> {
-        let Self { job, grid, cell_m, steepest, knoll } = self;
+        let Self { job, grid, cell_m, steepest, knolls } = self;
         let nx = grid.nx;
+        let even = vec![0.0; nx];
+        // even where there is no row
+        let ground = |y: Option<usize>| match y {
+            Some(y) if !knolls.ground.is_empty() => &knolls.ground[y * nx..(y + 1) * nx],
+            _ => &even[..],
+        };
         let copy = |y: Option<usize>| match y {
             Some(y) => heights[y * nx..(y + 1) * nx].to_vec(),
             None => vec![f64::INFINITY; nx],
@@ -103,7 +118,8 @@ impl<S: Fn(usize) -> f64 + Sync, K: Fn(usize) -> f64 + Sync> Slides<'_, S, K> {
             parts.push((band.start, part, beside));
             (rest, done) = (after, band.end);
         }
-        par::each(parts, |_, (first, heights, beside)| {
+        let room = || (vec![0.0; nx], vec![0_u8; nx]);
+        par::each_with(parts, room, |(limits_m, steep), _, (first, heights, beside)| {
             let rows = heights.len() / nx;
             for falling in [false, true] {
                 for row in 0..rows {
@@ -115,14 +131,18 @@ impl<S: Fn(usize) -> f64 + Sync, K: Fn(usize) -> f64 + Sync> Slides<'_, S, K> {
                     let above = if row == 0 { &beside[0][..] } else { &before[(row - 1) * nx..] };
                     let below = if row + 1 == rows { &beside[1][..] } else { &after[..nx] };
                     let (row_above, row_below) = (grid.row_above(y), grid.row_below(y));
+                    steepest.drops(y * nx, *cell_m, limits_m);
+                    let ground = Ground3 { above: ground(row_above), here: ground(Some(y)), below: ground(row_below) };
+                    mark_steep([above, here, below], ground, knolls.slope, limits_m, steep);
+                    // Returns true if the cell gave way.
                     let mut relax = |x: usize| {
                         let border = grid.is_border_row(y) || x == 0 || x + 1 == nx;
                         if border && grid.outlet(x, y) == Outlet::Base {
-                            return;
+                            return false;
                         }
                         let cell = y * nx + x;
                         let over = |height: f64, y: Option<usize>, x: Option<usize>| match (y, x) {
-                            (Some(y), Some(x)) => height - knoll(y * nx + x),
+                            (Some(y), Some(x)) => height - knolls.at(y * nx + x),
                             _ => f64::INFINITY,
                         };
                         let side = |x: Option<usize>| over(x.map_or(f64::INFINITY, |x| here[x]), Some(y), x);
@@ -130,11 +150,12 @@ impl<S: Fn(usize) -> f64 + Sync, K: Fn(usize) -> f64 + Sync> Slides<'_, S, K> {
                         let (north, south) = (over(above[x], row_above, Some(x)), over(below[x], row_below, Some(x)));
                         let a = if west < east { west } else { east };
                         let b = if north < south { north } else { south };
-                        let own = knoll(cell);
+                        let own = knolls.at(cell);
                         let height = here[x] - own;
                         let (over_a, over_b) = ((height - a).max(0.0), (height - b).max(0.0));
-                        let limit_m = steepest(cell) * *cell_m;
-                        if over_a * over_a + over_b * over_b > limit_m * limit_m {
+                        let limit_m = limits_m[x];
+                        let gives_way = over_a * over_a + over_b * over_b > limit_m * limit_m;
+                        if gives_way {
                             let difference = (a - b).abs();
                             let stands = if difference < limit_m {
                                 0.5 * (a + b + (2.0 * limit_m * limit_m - difference * difference).sqrt())
@@ -146,11 +167,60 @@ impl<S: Fn(usize) -> f64 + Sync, K: Fn(usize) -> f64 + Sync> Slides<'_, S, K> {
                             let lowest = lowest.min(above[x]).min(below[x]);
                             here[x] = here[x].min((stands + own).max(lowest + LEAST * limit_m));
                         }
+                        gives_way
                     };
-                    if falling { (0..nx).rev().for_each(&mut relax) } else { (0..nx).for_each(&mut relax) }
+                    // Cells that stood when the row began give way only beside one that has.
+                    let mut gave_way = false;
+                    for group in 0..nx.div_ceil(GROUP) {
+                        let group = if falling { nx.div_ceil(GROUP) - 1 - group } else { group };
+                        let cells = group * GROUP..((group + 1) * GROUP).min(nx);
+                        if !gave_way && steep[cells.clone()].iter().fold(0, |any, steep| any | steep) == 0 {
+                            continue;
+                        }
+                        for x in cells.clone() {
+                            let x = if falling { cells.start + cells.end - 1 - x } else { x };
+                            gave_way = (steep[x] != 0 || gave_way) && relax(x);
+                        }
+                    }
                 }
             }
             Ok(())
         })
+    }
+}
+
+/// The ground of a row and of its neighbours.
+struct Ground3<'a> {
+    above: &'a [f32],
+    here: &'a [f32],
+    below: &'a [f32],
+}
+
+simd! {
+    /// Marks the cells of a row that are steeper than the limit, and those at its ends, beside which a row may go on.
+    fn mark_steep(
+        heights: [&[f64]; 3],
+        ground: Ground3<'_>,
+        slope: f64,
+        limits_m: &[f64],
+        steep: &mut [u8],
+    ) {
+        let n = steep.len();
+        let [above, here, below] = heights;
+        let (above, here, below, limits_m) = (&above[..n], &here[..n], &below[..n], &limits_m[..n]);
+        let (ground_above, ground, ground_below) = (&ground.above[..n], &ground.here[..n], &ground.below[..n]);
+        let lower = |one: f64, other: f64| if one < other { one } else { other };
+        steep[0] = 1;
+        steep[n - 1] = 1;
+        for x in 1..n.max(1) - 1 {
+            let west = here[x - 1] - slope * f64::from(ground[x - 1]);
+            let east = here[x + 1] - slope * f64::from(ground[x + 1]);
+            let north = above[x] - slope * f64::from(ground_above[x]);
+            let south = below[x] - slope * f64::from(ground_below[x]);
+            let own = here[x] - slope * f64::from(ground[x]);
+            let over_a = (own - lower(west, east)).max(0.0);
+            let over_b = (own - lower(north, south)).max(0.0);
+            steep[x] = u8::from(over_a * over_a + over_b * over_b > limits_m[x] * limits_m[x]);
+        }
     }
 }

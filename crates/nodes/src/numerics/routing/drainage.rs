@@ -179,13 +179,38 @@ impl Drainage {
         values: &mut [V],
         link: impl Fn(usize, u8, V, V) -> V + Sync,
     ) -> Result<(), NodeError> {
+        self.upstream_after(
+            job,
+            grid,
+            codes,
+            values,
+            |_, _| (),
+            |cell, code, (), own, below| link(cell, code, own, below),
+        )
+    }
+
+    /// As [`Self::upstream`], with `link(cell, code, prepare(cell, code), own value, receiver's value)`. What is
+    /// prepared is computed row by row, which is faster than in the order of the flow where it reads many rasters.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn upstream_after<V: Copy + Send + Sync, P: Copy + Default + Send>(
+        &self,
+        job: &Job<'_>,
+        grid: &Grid,
+        codes: &[u8],
+        values: &mut [V],
+        prepare: impl Fn(usize, u8) -> P + Sync,
+        link: impl Fn(usize, u8, P, V, V) -> V + Sync,
+    ) -> Result<(), NodeError> {
         for cells in self.trunk.rchunks(1 << 16) {
             job.check()?;
             for &cell in cells.iter().rev() {
                 let code = codes[cell as usize];
                 if has_receiver(code) {
                     let below = values[grid.receiver(cell, code) as usize];
-                    values[cell as usize] = link(cell as usize, code, values[cell as usize], below);
+                    let prepared = prepare(cell as usize, code);
+                    values[cell as usize] = link(cell as usize, code, prepared, values[cell as usize], below);
                 }
             }
         }
@@ -200,8 +225,18 @@ impl Drainage {
             })
             .collect();
         let strips = values.chunks_mut(strip).zip(self.local.chunks(strip)).zip(&self.counts).zip(&beside);
-        par::each(strips, |at, (((values, order), &count), beside)| {
+        let room = || vec![P::default(); strip];
+        par::each_with(strips, room, |prepared, at, (((values, order), &count), beside)| {
             let first = at * strip;
+            for (row, prepared) in prepared[..values.len()].chunks_mut(nx).enumerate() {
+                job.check()?;
+                let first = first + row * nx;
+                for ((cell, &code), prepared) in (first..).zip(&codes[first..]).zip(prepared) {
+                    if has_receiver(code) {
+                        *prepared = prepare(cell, code);
+                    }
+                }
+            }
             for cells in order[..count].rchunks(1 << 14) {
                 job.check()?;
                 for &cell in cells.iter().rev() {
@@ -218,8 +253,8 @@ impl Drainage {
                             row[receiver % nx]
                         }
                     };
-                    let value = &mut values[cell as usize - first];
-                    *value = link(cell as usize, code, *value, below);
+                    let (value, prepared) = (&mut values[cell as usize - first], prepared[cell as usize - first]);
+                    *value = link(cell as usize, code, prepared, *value, below);
                 }
             }
             Ok(())

@@ -5,7 +5,10 @@ use orograph_graph::{Job, NodeError, memory::zeroed, mix};
 use super::Land;
 use crate::{
     erosion::stream_power::levels::{Checkpoint, Places},
-    numerics::{math, par, waves::Waves},
+    numerics::{
+        math, par,
+        waves::{Sampler, Waves},
+    },
 };
 
 /// How far the land is displaced from the coarsest level to the second, and on all levels beyond: the standard deviation,
@@ -96,28 +99,33 @@ impl Land<'_> {
         let per_k = below.time_yr * self.area.least_power() / self.cell_m;
         let [before, after] = below.heights.map(|heights| move |cell: usize| f64::from(heights[cell]));
         let mut heights = std::mem::take(&mut self.heights);
-        let taken = par::each(heights.chunks_mut(nx), |y, heights| {
+        let taken = par::each_with(heights.chunks_mut(nx), Shifts::default, |shifts, y, heights| {
             job.check()?;
+            let own = |x: usize| f64::from(start[y * nx + x]);
+            // how much each cell is displaced, and what is left of the detail of the start
+            shifts.clear();
+            for x in 0..nx {
+                let (cell, place) = (y * nx + x, places.of(x, y));
+                let drowned = || own(x) < self.sea_level_m && places.around(place).cubic(after) < self.sea_level_m;
+                let left = if self.is_base(cell) || drowned() {
+                    1.0
+                } else {
+                    let weakness = self.bedrock.as_ref().map_or(1.0, |bedrock| bedrock.weakness_at_start(cell, own(x)));
+                    math::exp(-self.rock.erodibility(cell) * weakness * per_k)
+                };
+                let amount = furthest * (1.0 - left) * (places.side_distance(place) / SIDE_CELLS).clamp(0.0, 1.0);
+                shifts.push(place.map(|at| at * coarse_m), amount, left);
+            }
+            shifts.draw(&displaced);
             for (x, height) in heights.iter_mut().enumerate() {
-                let cell = y * nx + x;
-                let own = f64::from(start[cell]);
-                if self.is_base(cell) {
-                    *height = own - self.tectonics.base_fallen_m(below.time_yr);
+                if self.is_base(y * nx + x) {
+                    *height = own(x) - self.tectonics.base_fallen_m(below.time_yr);
                     continue;
                 }
+                let ([dx, dy], left) = shifts.of(x);
                 let place = places.of(x, y);
-                let plain = places.around(place);
-                let drowned = own < self.sea_level_m && plain.cubic(after) < self.sea_level_m;
-                let weakness = self.bedrock.as_ref().map_or(1.0, |bedrock| bedrock.weakness_at_start(cell, own));
-                let left = if drowned { 1.0 } else { math::exp(-self.rock.erodibility(cell) * weakness * per_k) };
-                let amount = furthest * (1.0 - left) * (places.side_distance(place) / SIDE_CELLS).clamp(0.0, 1.0);
-                let around = if amount > 0.0 {
-                    let [dx, dy] = [0, 1].map(|axis| amount * displaced[axis].at(place.map(|at| at * coarse_m)));
-                    places.around([place[0] + dx, place[1] + dy])
-                } else {
-                    plain
-                };
-                let detail = if left > 1e-6 { left * (own - around.cubic(before)) } else { 0.0 };
+                let around = places.around([place[0] + dx, place[1] + dy]);
+                let detail = if left > 1e-6 { left * (own(x) - around.cubic(before)) } else { 0.0 };
                 *height = around.cubic(after) + detail;
             }
             Ok::<(), NodeError>(())
@@ -141,5 +149,52 @@ impl Land<'_> {
     /// [`NodeError::Cancelled`].
     pub fn make_ribs(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
         self.ground.lie_along(job, &self.heights)
+    }
+}
+
+/// The displacements of a row of cells, and what is left of its detail.
+#[derive(Default)]
+struct Shifts {
+    /// Coordinates of the cells in metres.
+    places_m: [Vec<f64>; 2],
+    /// The standard deviation of each cell's displacement.
+    amounts: Vec<f64>,
+    /// The share of the detail of the start that is left.
+    left: Vec<f64>,
+    /// The displacements along both axes.
+    by: [Vec<f64>; 2],
+}
+
+impl Shifts {
+    fn clear(&mut self) {
+        self.places_m.iter_mut().for_each(Vec::clear);
+        self.amounts.clear();
+        self.left.clear();
+    }
+
+    fn push(&mut self, [x_m, y_m]: [f64; 2], amount: f64, left: f64) {
+        self.places_m[0].push(x_m);
+        self.places_m[1].push(y_m);
+        self.amounts.push(amount);
+        self.left.push(left);
+    }
+
+    /// Displaces the cells by waves along each axis.
+    fn draw(&mut self, waves: &[Sampler; 2]) {
+        let [xs, ys] = &self.places_m;
+        let is_displaced = self.amounts.iter().any(|amount| *amount > 0.0);
+        for (by, waves) in self.by.iter_mut().zip(waves) {
+            by.clear();
+            by.resize(self.amounts.len(), 0.0);
+            if is_displaced {
+                waves.fill([xs, ys], by);
+                by.iter_mut().zip(&self.amounts).for_each(|(by, amount)| *by *= amount);
+            }
+        }
+    }
+
+    /// The displacement of a cell, and the share of its detail that is left.
+    fn of(&self, x: usize) -> ([f64; 2], f64) {
+        ([self.by[0][x], self.by[1][x]], self.left[x])
     }
 }
