@@ -157,7 +157,7 @@ fn short_runs_on_levels_change_a_model_as_single_grids_do() {
                     {changes} schedule: {schedule}),
             }}, outputs: {{ \"before\": \"today\", \"height\": \"rivers\" }})"
         );
-        let document = Document::parse_at(source, &folder().join("short.ron"), &registry());
+        let document = Document::parse_at(source, folder().join("short.ron"), &registry());
         assert!(document.problems().is_empty(), "{:?}", document.problems());
         let built = build(&document, 256.0, 2);
         let [before, after] = [0, 1].map(|at| built[at].as_field().expect("heights").samples());

@@ -47,6 +47,33 @@ pub fn of_height(height: &Field, view: View) -> Field {
     }
 }
 
+/// Maps of heights or of numbers that are compared: as [`of_field`], but with the scale of all of them.
+#[must_use]
+pub fn together(fields: &[&Field], ty: PortType) -> Vec<Field> {
+    let Some((first, rest)) = fields.split_first() else { return Vec::new() };
+    if ty == PortType::Height {
+        let light = rest.iter().copied().fold(hillshade::Params::fitted(first), shared);
+        let map = |height: &&Field| {
+            let [_, colour] = hillshade::relief(height, &light.clone().casting(height));
+            colour
+        };
+        return fields.iter().map(map).collect();
+    }
+    let scale = rest.iter().fold(Scale::of(first, ty), |scale, field| scale.with(&Scale::of(field, ty)));
+    fields.iter().map(|field| grey(field, &scale)).collect()
+}
+
+/// A light that fits other heights too: tints over the range of all, and the least exaggeration.
+fn shared(light: hillshade::Params, other: &Field) -> hillshade::Params {
+    let other = hillshade::Params::fitted(other);
+    hillshade::Params {
+        low: light.low.min(other.low),
+        high: light.high.max(other.high),
+        exaggeration: light.exaggeration.min(other.exaggeration),
+        ..light
+    }
+}
+
 /// A picture of a part of the world as the viewport shows it, in the tints of the `whole`: as [`of_field`], but without
 /// the shadows of terrain, which may be outside the part, and with numbers that have a unit in the colours of
 /// [`NUMBERS`] and not in greys, which light and shadow of a 3D view would change. Heights may share their tints with
@@ -55,12 +82,7 @@ pub fn of_height(height: &Field, view: View) -> Field {
 pub fn of_part(part: &Field, ty: PortType, whole: &Field, beside: Option<&Field>) -> Field {
     match ty {
         PortType::Height => {
-            let mut light = hillshade::Params::fitted(whole);
-            if let Some(other) = beside.map(hillshade::Params::fitted) {
-                light.low = light.low.min(other.low);
-                light.high = light.high.max(other.high);
-                light.exaggeration = light.exaggeration.min(other.exaggeration);
-            }
+            let light = beside.into_iter().fold(hillshade::Params::fitted(whole), shared);
             let [_, colour] = hillshade::relief(part, &light);
             colour
         }
@@ -133,6 +155,11 @@ impl Scale {
             }
             _ => Self::linear(numbers),
         }
+    }
+
+    /// The scale that fits the numbers of both.
+    fn with(self, other: &Self) -> Self {
+        Self { range: [self.range[0].min(other.range[0]), self.range[1].max(other.range[1])], ..self }
     }
 
     fn linear(numbers: &Field) -> Self {
@@ -315,6 +342,23 @@ mod tests {
         // blocks of 2 x 2 cells, in the east 1 x 2, in the south 2 x 1
         assert_eq!(small.samples(), [4.0, 6.0, 8.0, 9.5, 14.5, 16.5, 18.5, 20.0]);
         assert_eq!((small.window().cells, small.window().cell_m()), ([4, 2], 20.0));
+    }
+
+    /// A hill and a mountain that are compared: the hill has the tints of the mountain's foot, and numbers one scale.
+    #[test]
+    fn compared_values_share_their_scale() {
+        let world = World { size: [800.0, 800.0], cells: [8, 8], ..World::default() };
+        let ramp = |top: f32| Field::new(Window::whole(world), (0..64).map(|k| top * k as f32 / 63.0).collect());
+        let (hill, mountain) = (ramp(100.0), ramp(1000.0));
+        let numbers = PortType::Scalar(Unit::One);
+        let highest = |field: &Field| field.plane(0).iter().copied().fold(0.0, f32::max);
+        assert_eq!(highest(&of_field(&hill, numbers, View::Map)), 1.0);
+        let [small, large] = &together(&[&hill, &mountain], numbers)[..] else { unreachable!("two pictures") };
+        // a tenth of the scale, in linear light
+        assert!(highest(small) < 0.05 && highest(large) == 1.0, "{}", highest(small));
+        let map = |field: &Field| of_field(field, PortType::Height, View::Map);
+        let maps = together(&[&hill, &mountain], PortType::Height);
+        assert!(maps[0] != map(&hill) && maps[1] == map(&mountain));
     }
 
     /// Any division of the rows into bands gives the same blocks, of which the last are partial.

@@ -36,7 +36,7 @@ use std::{
 use egui::{Id, Pos2, Rect, Response, Sense, Vec2, WidgetInfo, WidgetType};
 use orograph_graph::Edit;
 
-pub(super) use self::thumbs::of_field as thumbnail;
+pub(super) use self::thumbs::of_fields as thumbnails;
 use super::{Session, session::NodeState, window::actions::Action};
 use gesture::Gesture;
 use hit::Hit;

@@ -141,7 +141,7 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 /// The picture of a field.
-pub(in crate::editor) fn of_field(field: &Field, ty: PortType) -> ColorImage {
+fn of_field(field: &Field, ty: PortType) -> ColorImage {
     let cells = field.window().cells.map(|count| count as usize);
     let grey = |level: &dyn Fn(usize) -> f32| {
         let count = cells[0] * cells[1];
@@ -163,6 +163,19 @@ pub(in crate::editor) fn of_field(field: &Field, ty: PortType) -> ColorImage {
         }
         _ => ColorImage::from_rgb(cells, &raster::srgb_bytes(&picture::of_field(field, ty, picture::View::Map))),
     }
+}
+
+/// The pictures of fields that are compared: heights and numbers have the scale of all of them.
+pub(in crate::editor) fn of_fields(fields: &[&Field], ty: PortType) -> Vec<ColorImage> {
+    if !matches!(ty, PortType::Height | PortType::Scalar(_)) {
+        return fields.iter().map(|field| of_field(field, ty)).collect();
+    }
+    let drawn = picture::together(fields, ty);
+    let image = |picture: &Field| {
+        let cells = picture.window().cells.map(|count| count as usize);
+        ColorImage::from_rgb(cells, &raster::srgb_bytes(picture))
+    };
+    drawn.iter().map(image).collect()
 }
 
 /// The maximum and the minimum, if they are informative.

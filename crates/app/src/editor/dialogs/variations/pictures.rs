@@ -12,12 +12,12 @@ use std::{
 
 use egui::{Color32, Context, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
 use orograph_graph::{
-    Cancel, Document, Edit, Evaluation, Evaluator, Graph, Port, PortType, Request, Value, Window, World,
+    Cancel, Document, Edit, Evaluation, Evaluator, Field, Graph, Port, PortType, Request, Value, Window, World,
 };
 
 use crate::editor::{
     Session,
-    canvas::thumbnail,
+    canvas::thumbnails,
     session::{Preferred, worker::coarser},
 };
 
@@ -34,7 +34,7 @@ pub(super) struct Pictures {
 
 enum Picture {
     Waiting,
-    Shown(egui::TextureHandle),
+    Shown(Field, egui::TextureHandle),
     Failed(String),
 }
 
@@ -75,21 +75,37 @@ impl Pictures {
         Self { ty, pictures, built, cancel }
     }
 
-    /// Takes what has been built.
+    /// Takes what has been built. Pictures are drawn again when another arrives, as they share a scale.
     pub(super) fn take(&mut self, context: &Context) {
+        let mut is_new = false;
         loop {
             match self.built.try_recv() {
                 Ok((at, Ok(value))) => {
                     if let Some(field) = value.as_field() {
-                        let image = thumbnail(field, self.ty);
+                        let image = egui::ColorImage::filled([1, 1], Color32::TRANSPARENT);
                         let texture =
                             context.load_texture(format!("variation {at}"), image, egui::TextureOptions::LINEAR);
-                        self.pictures[at] = Picture::Shown(texture);
+                        self.pictures[at] = Picture::Shown(field.clone(), texture);
+                        is_new = true;
                     }
                 }
                 Ok((at, Err(reason))) => self.pictures[at] = Picture::Failed(reason),
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => return,
+                Err(TryRecvError::Empty | TryRecvError::Disconnected) => break,
             }
+        }
+        if is_new {
+            self.draw();
+        }
+    }
+
+    fn draw(&mut self) {
+        let shown = self.pictures.iter_mut().filter_map(|picture| match picture {
+            Picture::Shown(field, texture) => Some((&*field, texture)),
+            _ => None,
+        });
+        let (fields, textures): (Vec<&Field>, Vec<&mut egui::TextureHandle>) = shown.unzip();
+        for (texture, image) in textures.into_iter().zip(thumbnails(&fields, self.ty)) {
+            texture.set(image, egui::TextureOptions::LINEAR);
         }
     }
 
@@ -101,7 +117,7 @@ impl Pictures {
         let painter = ui.painter();
         painter.rect_filled(rect, 4.0, ui.visuals().extreme_bg_color);
         match self.pictures.get(at) {
-            Some(Picture::Shown(texture)) => {
+            Some(Picture::Shown(_, texture)) => {
                 let shape = texture.size_vec2() / texture.size_vec2().max_elem();
                 let place = Rect::from_center_size(rect.center(), size * shape);
                 painter.image(texture.id(), place, Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)), Color32::WHITE);
