@@ -47,7 +47,7 @@ impl Chain {
         let [ramp, flow, layers, path] = ["Ramp", "Flow", "Stratify", "Path"].map(|id| nodes.get(id).expect("a node"));
         let [ramp, flow, layers, path, selection, land] = [ramp, flow, layers, path, &SELECTION, &LAND]
             .map(|node| Port { node: graph.add(Instance::new(node.id, node)).expect("a new name"), output: 0 });
-        // colours, drainage, rock in depth and lines, for nodes that read them
+        // colours, drainage, rock at depth and lines, for nodes that read them
         graph.connect(land, ramp.node, "value").expect("the types fit");
         graph.connect(land, flow.node, "height").expect("the types fit");
         graph.connect(land, layers.node, "height").expect("the types fit");

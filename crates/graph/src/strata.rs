@@ -1,4 +1,4 @@
-//! Rock in depth: a column of layers and the surface that they follow.
+//! Rock at depth: a column of layers and the surface that they follow.
 
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ impl Column {
     }
 }
 
-/// Rock in depth: what lies at any elevation of every cell.
+/// Rock at depth: what lies at any elevation of every cell.
 ///
 /// The rock at the elevation z of a cell is that of the column at the stratigraphic height ζ = z cos(dip) − offset,
 /// measured across the layers. So the size does not depend on the number of layers, nor on how far the rock has risen.

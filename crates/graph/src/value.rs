@@ -25,7 +25,7 @@ pub enum PortType {
     Weights,
     /// Flow directions: four planes, written and read by hydrology nodes. Only wires carry it; files cannot.
     Flow,
-    /// Rock in depth. Only wires carry it; files cannot.
+    /// Rock at depth. Only wires carry it; files cannot.
     Strata,
     /// Lines in the world, such as rivers.
     Lines,
@@ -125,7 +125,7 @@ impl fmt::Display for PortType {
 pub enum Value {
     /// A raster.
     Field(Field),
-    /// Rock in depth.
+    /// Rock at depth.
     Strata(Arc<Strata>),
     /// Lines in the world.
     Lines(Arc<Lines>),
@@ -145,7 +145,7 @@ impl Value {
         }
     }
 
-    /// The rock in depth. Returns None when the value is of another type.
+    /// The rock at depth. Returns None when the value is of another type.
     #[must_use]
     pub fn as_strata(&self) -> Option<&Strata> {
         match self {

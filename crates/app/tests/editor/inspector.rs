@@ -152,7 +152,7 @@ fn an_input_is_wired_from_a_list_of_compatible_outputs() {
         .apply(&orograph_graph::Edit::Disconnect { node: "rivers".into(), input: "height".into() });
     window.state_mut().session_mut().select_only("rivers");
     window.run_steps(3);
-    // the terrain, and the rock in depth, which is optional
+    // the terrain, and the rock at depth, which is optional
     assert_eq!(window.query_all_by_label("not wired").count(), 2);
     window.get_by_label("wire into height").click();
     window.run_steps(3);

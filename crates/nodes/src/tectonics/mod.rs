@@ -1,4 +1,4 @@
-//! Uplift, flexure, rock at the surface and in depth.
+//! Uplift, flexure, rock at the surface and at depth.
 
 pub mod flexure;
 pub mod outcrop;

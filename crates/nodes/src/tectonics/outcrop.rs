@@ -4,7 +4,7 @@ use super::stratify::Surface;
 use crate::prelude::*;
 
 inputs! {
-    /// Rock in depth, from `Stratify`, or from a process that has moved it.
+    /// Rock at depth, from `Stratify`, or from a process that has moved it.
     strata: Strata;
     /// Terrain that cuts the layers.
     height: Height;

@@ -35,11 +35,11 @@ params! {
     broken: f64 = 0.8, One, 0.0..=5.0, soft 0..=2;
     /// Distance between faults that cross the strike; those along it are twice as far apart, joints four times as close.
     spacing: f64 = 5e3, Metres, 10.0..=1e6, soft 500..=50e3, given broken;
-    /// Erosion rate of mean rock, for the `reference_rate` of `StreamPower`.
+    /// Erosion rate of average rock, for the `reference_rate` of `StreamPower`.
     rate: f64 = 4e-4, MetresPerYear, 0.0..=1.0, soft 0.0..=0.005;
-    /// Steepest slope of mean rock.
+    /// Steepest slope of average rock.
     repose: f64 = 38.0, Degrees, 0.0..=90.0, soft 20..=60;
-    /// Standard deviation of the steepest slope from place to place. Hard rock is steeper.
+    /// Standard deviation of the steepest slope from place to place. Harder rock holds steeper slopes.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// Random seed of beds, bodies and faults.
     seed: Seed = Seed(0), Count, ..;
@@ -55,7 +55,7 @@ outputs! {
     rate: Scalar(MetresPerYear);
     /// Steepest slope of the rock; wire it to `repose`.
     repose: Scalar(Degrees);
-    /// Hardness: the natural logarithm of the erosion rate of mean rock divided by that of the rock here.
+    /// Hardness: the natural logarithm of the erosion rate of average rock divided by that of the rock here.
     hardness: Scalar(One);
 }
 

@@ -170,11 +170,13 @@ impl Action {
                 "Draw paths and positions of the selected node: click to add points, drag them",
                 &[(NONE, Key::P)],
             ),
-            Self::NextHandle => {
-                window("Next handle", "Move the keyboard to the next handle of the selected node", &[(CTRL, Key::J)])
-            }
+            Self::NextHandle => window(
+                "Next handle",
+                "Move the keyboard focus to the next handle of the selected node",
+                &[(CTRL, Key::J)],
+            ),
             Self::PreviousHandle => {
-                window("Previous handle", "Move the keyboard to the handle before it", &[(BOTH, Key::J)])
+                window("Previous handle", "Move the keyboard focus to the previous handle", &[(BOTH, Key::J)])
             }
             Self::Compare => viewport("Compare", "Compare with another output", &[(NONE, Key::X)]),
             Self::Blender => viewport(
@@ -189,7 +191,7 @@ impl Action {
                 &[(CTRL, Key::Space)],
             ),
             Self::ResetPanes => window("Reset panes", "Restore the default pane layout", &[]),
-            Self::Keys => window("Keys and mouse", "This list", &[(NONE, Key::F1)]),
+            Self::Keys => window("Keys and mouse", "Show the keys and mouse actions", &[(NONE, Key::F1)]),
         }
     }
 

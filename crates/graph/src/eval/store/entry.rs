@@ -48,7 +48,7 @@ pub(super) type Name = [u8; 16];
 pub(in crate::eval) enum Form {
     /// That many numbers per cell.
     Planes(usize),
-    /// Rock in depth.
+    /// Rock at depth.
     Strata,
     /// Lines.
     Lines,

@@ -29,7 +29,7 @@ use self::glacier::Glacier;
 use crate::prelude::*;
 
 choice! {
-    /// How ice is found.
+    /// How the ice is computed.
     pub enum Method {
         /// Shallow ice with sliding, through time.
         Full = "full",
@@ -59,7 +59,7 @@ choice! {
 }
 
 params! {
-    /// How ice is found.
+    /// How the ice is computed.
     method: Method = Method::Full, One, ..;
     /// Time for which glaciers erode, all cycles together.
     duration: f64 = 2e5, Years, 0.0..=1e7, soft 0..=1e6;
@@ -132,7 +132,7 @@ inputs! {
     precipitation: Scalar(MetresPerYear) = 1.5, -10.0..=50.0, soft 0.0..=5.0;
     /// Factor on abrasion and plucking: the softness of the rock.
     erodibility: Scalar(One) = 1.0, 0.0..=1e4, soft 0.0..=4.0;
-    /// Rock in depth, from `Stratify`: ice wears hard layers more slowly, and their own slopes replace `walls`.
+    /// Rock at depth, from `Stratify`: ice wears down hard layers more slowly, and their own slopes replace `walls`.
     strata: Option<Strata>;
 }
 

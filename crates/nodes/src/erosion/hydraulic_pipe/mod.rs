@@ -35,9 +35,9 @@ use self::{
 use crate::prelude::*;
 
 params! {
-    /// Simulated time of rain and water.
+    /// Length of the simulated storm.
     duration: f64 = 7200.0, Seconds, 0.0..=1e7, soft 0.0..=36000.0;
-    /// Morphological factor: multiplies erosion and deposition of the simulated water.
+    /// Morphological factor: multiplies erosion and deposition by the simulated water.
     acceleration: f64 = 2000.0, One, 0.0..=1e5, soft 1.0..=10000.0;
     /// Scheme of the water flow.
     scheme: Scheme = Scheme::Inertial, One, .., when law = "stream_power" | "excess_shear";
@@ -63,7 +63,7 @@ params! {
     talus: f64 = 35.0, Degrees, 1.0..=89.0, soft 20.0..=60.0;
     /// Depth of a film of water that is too thin to erode.
     film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02, when law = "stream_power" | "excess_shear";
-    /// Depth from which water does not erode its bed; the transport capacity falls to 0 towards it.
+    /// Depth at which water stops eroding its bed: its transport capacity falls to 0 towards it.
     deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0, when law = "stream_power" | "excess_shear";
     /// Width of the narrowest channel, 5 cells or more: erosion and deposition are spread over it. 0 for a single cell.
     width: f64 = 20.0, Metres, 0.0..=1e4, soft 0.0..=100.0, when law = "stream_power" | "excess_shear";
@@ -97,7 +97,7 @@ inputs! {
     erodibility: Scalar(One) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
     /// Initial thickness of loose ground on the rock, per cell if wired.
     regolith: Scalar(Metres) = 10.0, 0.0..=1e9, soft 0.0..=50.0;
-    /// Rock in depth, from `Stratify`: water erodes hard layers below the loose ground more slowly.
+    /// Rock at depth, from `Stratify`: water erodes hard layers below the loose ground more slowly.
     strata: Option<Strata>;
     /// Drainage of the terrain, for a warm start: lakes are full and rivers flow from the first second.
     flow: Option<Flow>;

@@ -37,9 +37,9 @@ params! {
     cohesion: f64 = 15e3, Pascals, 0.0..=1e8, soft 0..=200e3;
     /// Density of rock in kg/m³.
     density: f64 = 2500.0, One, 500.0..=5000.0, soft 2000..=3000;
-    /// Horizontal acceleration by earthquakes, as a fraction of gravity. It lowers the angle of friction.
+    /// Horizontal acceleration in earthquakes, as a fraction of gravity. It lowers the angle of friction.
     shaking: f64 = 0.2, One, 0.0..=2.0, soft 0..=0.5;
-    /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
+    /// How much `repose` varies from place to place: its standard deviation. Harder rock holds steeper slopes.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// Size of the largest bodies of harder or softer rock; 0 for the same `repose` everywhere.
     variation_size: f64 = 6e3, Metres, 0.0..=1e7, soft 0..=50e3;
@@ -47,7 +47,7 @@ params! {
     knolls: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5, given headwater_area;
     /// How far knolls are drawn out down a slope: the `ribs` of `StreamPower`.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2, given headwater_area, given knolls;
-    /// The `headwater_area` of `StreamPower`; the largest knolls are half as long as its root.
+    /// The `headwater_area` of `StreamPower`; the largest knolls are half as long as its square root.
     headwater_area: f64 = 5e5, SquareMetres, 0.0..=1e12, soft 0..=5e6;
     /// Largest deviation of the dip and the strike of a failure plane from those of the law.
     scatter: f64 = 5.0, Degrees, 0.0..=30.0, soft 0..=10;
@@ -84,7 +84,7 @@ inputs! {
     soil: Option<Scalar(Metres)>;
     /// Saturated fraction of the soil, from its base up; used only if `soil` is wired.
     wetness: Scalar(One) = 0.7, 0.0..=1.0;
-    /// Rock in depth, from `Stratify`: its layers have their own angles, and multiply `cohesion` by their hardness.
+    /// Rock at depth, from `Stratify`: its layers have their own angles, and multiply `cohesion` by their hardness.
     strata: Option<Strata>;
 }
 

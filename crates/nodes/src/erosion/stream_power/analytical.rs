@@ -30,7 +30,7 @@ pub fn refuses(params: &Params, settles: bool, has_strata: bool) -> Result<(), N
         return refuse("does not support uplift that changes with time", "leave `uplift_course` at its default");
     }
     if has_strata {
-        return refuse("does not support rock in depth", "leave `strata` unwired");
+        return refuse("does not support rock at depth", "leave `strata` unwired");
     }
     Ok(())
 }

@@ -139,5 +139,5 @@ fn the_analytical_method_refuses_layers() {
     let rock = layers(&height, 0.0, &[(10.0, 1.0, 38.0)]);
     let params = testing::with_params(&NODE, "method=analytical");
     let refused = testing::outputs_in_rock(&rock, &NODE, &params, &[("height", &height)]);
-    assert!(refused.is_err_and(|error| error.to_string().contains("rock in depth")));
+    assert!(refused.is_err_and(|error| error.to_string().contains("rock at depth")));
 }

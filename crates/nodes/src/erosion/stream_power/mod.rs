@@ -84,7 +84,7 @@ params! {
     m: f64 = 0.5, One, 0.0..=2.0, soft 0.3..=0.7;
     /// Exponent n of the slope.
     n: f64 = 1.0, One, 0.1..=5.0, soft 0.7..=2.0;
-    /// Drainage area A₀ that cuts as much as the debris flows of headwaters, where hardly any water runs.
+    /// Drainage area A₀ whose river cuts as fast as debris flows do in headwaters, where hardly any water runs.
     ///
     /// Hillslopes that balance an uplift U are as steep as S₀ = (U / (K A₀ᵐ))^(1/n). With 0, only rivers cut
     /// headwaters.
@@ -95,16 +95,16 @@ params! {
     headwater_variation: f64 = 0.8, One, 0.0..=3.0, soft 0..=2, given headwater_area;
     /// The least drainage area that counts: cells that drain less erode as if they drained this much; 0 for none.
     ///
-    /// With a `headwater_area` of 0, it sets where rivers begin. Cells that drain more than it carry away soil that
-    /// creeps into them.
+    /// With a `headwater_area` of 0, it sets where rivers begin. Cells that drain more carry away the soil that creeps
+    /// into them.
     critical_area: f64 = 0.0, SquareMetres, 0.0..=1e12, soft 0..=1e6;
     /// Width of the floor of a valley that drains 1 km², where its river is no steeper than 10 %; 0 for no floors.
     valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
-    /// How much the floor of a valley widens and narrows along it: the standard deviation of the natural logarithm.
+    /// How much the floor widens and narrows along a valley: the standard deviation of the logarithm of its width.
     valley_variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1, given headwater_area, given valley_width;
     /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
     ///
-    /// It counts for each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
+    /// It applies to each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
     roughness: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5, given headwater_area;
     /// How much `roughness` varies from place to place: the standard deviation of its natural logarithm.
     ///
@@ -134,9 +134,9 @@ params! {
     /// Real rock always varies; on perfectly uniform terrain, rivers keep following rows and columns.
     variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
     /// Size of the largest bodies of harder or softer rock; smaller ones lie within them.
-    /// 0 draws a factor of the erodibility for each cell and leaves `repose` the same everywhere.
+    /// 0 draws a factor on the erodibility for each cell and leaves `repose` the same everywhere.
     variation_size: f64 = 6e3, Metres, 0.0..=1e7, soft 0..=50e3;
-    /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
+    /// How much `repose` varies from place to place: its standard deviation. Harder rock holds steeper slopes.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// How the receiver of a cell is chosen.
     receivers: Receivers = Receivers::RhoInfinity, One, ..;
@@ -176,7 +176,7 @@ inputs! {
     /// Diffusion coefficient D of soil creep: 0.001 in dry to 0.1 in wet climates, 0 for none.
     /// Negative values count as 0.
     diffusivity: Scalar(SquareMetresPerYear) = 0.0, 0.0..=1e3, soft 0.0..=0.1;
-    /// Rock in depth, from `Stratify`: rivers cut hard layers more slowly, and each layer has its steepest slope.
+    /// Rock at depth, from `Stratify`: rivers cut hard layers more slowly, and each layer has its own steepest slope.
     strata: Option<Strata>;
 }
 
@@ -194,9 +194,9 @@ outputs! {
     sediment: Scalar(Metres);
     /// Sediment that rivers carried out of each cell during the last time step.
     sediment_flux: Scalar(CubicMetresPerYear);
-    /// The rock in depth at the end: the layers of `strata`, raised by the uplift. Without that input a single layer.
+    /// The rock at depth at the end: the layers of `strata`, raised by the uplift. Without that input, it is a single layer.
     strata: Strata;
-    /// The rock that rose, left the world and remains, with the error of the balance; with the margin of `inland` sides.
+    /// Volumes of rock that rose, left, and remain, with the margin of `inland` sides, and the error of the balance.
     report: Report;
 }
 
@@ -296,7 +296,7 @@ pub static NODE: Node = Node {
     refuses: Some(refuses),
     cpu: run,
     resolution: Resolution::Cells(
-        "on levels, heights differ by some percent of their standard deviation; with `schedule: full`, each number of \
+        "on levels, heights differ by a few percent of their standard deviation; with `schedule: full`, each number of \
          cells has its own drainage network",
     ),
     example: "height: \"base\", uplift: 0.001, erodibility: 2e-6, duration: 2e6, m: 0.5, n: 1.2",
@@ -400,7 +400,7 @@ fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work:
     .into())
 }
 
-/// The rock in depth at the end.
+/// The rock at depth at the end.
 fn strata(job: &Job<'_>, tectonics: &Tectonics<'_>) -> Result<Strata, NodeError> {
     let inputs = Inputs::read(job)?;
     let Some(strata) = inputs.strata else {

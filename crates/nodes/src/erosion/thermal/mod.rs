@@ -47,7 +47,7 @@ inputs! {
     debris: Option<Scalar(Metres)>;
     /// Steepest stable angle of rock, per cell if wired; used only if `debris` is wired.
     rock: Scalar(Degrees) = 60.0, 20.0..=85.0, soft 45.0..=75.0;
-    /// Rock in depth, from `Stratify`: its layers have their own angles.
+    /// Rock at depth, from `Stratify`: its layers have their own angles.
     ///
     /// They replace `rock`, and are used only if `debris` is wired.
     strata: Option<Strata>;
@@ -62,7 +62,7 @@ outputs! {
     debris: Scalar(Metres);
     /// Thickness of rock that has become debris.
     crumbled: Scalar(Metres);
-    /// The debris that was there, came from rock, was shed and settled, with the error of the balance.
+    /// Volumes of debris that was there, came from rock, was shed, and settled, with the error of the balance.
     report: Report;
 }
 

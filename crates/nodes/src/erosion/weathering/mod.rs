@@ -17,7 +17,7 @@ use crate::{
 params! {
     /// Simulated time.
     duration: f64 = 10_000.0, Years, 0.0..=1e6, soft 0.0..=50_000.0;
-    /// Rate at which frost shatters bare rock where frost is strongest.
+    /// Rate at which frost shatters bare rock where it cracks most, at −5 °C.
     frost: f64 = 5e-4, MetresPerYear, 0.0..=5e-3, soft 0.0..=2e-3;
     /// Rate at which bare rock turns to soil.
     soil: f64 = 1e-4, MetresPerYear, 0.0..=1e-3, soft 2e-5..=3e-4;
@@ -44,7 +44,7 @@ inputs! {
     mask: Mask = 1.0, 0.0..=1.0;
     /// Thickness of debris on the rock at the start.
     debris: Option<Scalar(Metres)>;
-    /// Rock in depth, from `Stratify`: hard layers weather more slowly.
+    /// Rock at depth, from `Stratify`: hard layers weather more slowly.
     strata: Option<Strata>;
 }
 
@@ -55,7 +55,7 @@ outputs! {
     debris: Scalar(Metres);
     /// Thickness of rock that has become debris.
     weathered: Scalar(Metres);
-    /// The debris that was there, came from rock and remains, with the error of the balance.
+    /// Volumes of debris that was there, that came from rock, and that remains, with the error of the balance.
     report: Report;
 }
 

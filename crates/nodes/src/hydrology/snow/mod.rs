@@ -44,7 +44,7 @@ params! {
     wind: f64 = 0.4, One, 0.0..=1.0;
     /// Azimuth from which the wind blows, clockwise from north.
     wind_azimuth: f64 = 270.0, Degrees, 0.0..=360.0;
-    /// Distance over which slope and curvature deflect the wind: about half the wavelength of the terrain.
+    /// Distance over which the terrain's slope and curvature change the wind: about half its wavelength.
     wind_length: f64 = 300.0, Metres, 0.0..=1e5, soft 50..=2000;
     /// How much snow a slope holds.
     law: Law = Law::Exponential, One, ..;
@@ -86,7 +86,7 @@ outputs! {
     mask: Mask;
     /// Water that has melted.
     melt: Scalar(Metres);
-    /// What fell, melted, slid off the world and remains, as volumes of water, with the error of the balance.
+    /// Volumes of water that fell, melted, slid off the world, and remain, with the error of the balance.
     report: Report;
 }
 
@@ -94,7 +94,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Snow",
     category: "hydrology",
-    summary: "Snow falls by temperature and wind, slides off steep slopes, and melts in the sun.",
+    summary: "Snow falls where temperature and wind allow, slides off steep slopes, and melts in the sun.",
     doc: include_str!("page.md"),
     sources: &[
         "M. Bernhardt and K. Schulz (2010), SnowSlide: A simple routine for calculating gravitational snow transport, \

@@ -1,4 +1,4 @@
-//! Layers of rock in depth: a table or a generated one, tilted, folded and faulted.
+//! Layers of rock at depth: a table or a generated one, tilted, folded and faulted.
 
 mod structure;
 mod surface;
@@ -38,7 +38,7 @@ params! {
     count: i64 = 8, Count, 1..=10_000, soft 2..=30, lacking layers;
     /// Mean thickness of generated layers.
     thickness: f64 = 150.0, Metres, 0.01..=1e5, soft 5.0..=1000.0, lacking layers;
-    /// Ratio of the hardness of hard to that of soft generated layers.
+    /// Ratio of the hardness of hard generated layers to that of soft ones.
     contrast: f64 = 6.0, One, 1.0..=1000.0, soft 1.0..=20.0, lacking layers;
     /// Direction of the strike, along which tilted layers and folds run, clockwise from north.
     strike: f64 = 60.0, Degrees, -360.0..=360.0, soft 0..=180;
@@ -76,7 +76,7 @@ outputs! {
     hardness: Scalar(One);
     /// Steepest stable slope of the layer at the surface.
     repose: Scalar(Degrees);
-    /// The rock in depth; wire it to the input `strata` of processes, and to `Outcrop`.
+    /// The rock at depth; wire it to the input `strata` of processes, and to `Outcrop`.
     strata: Strata;
 }
 
@@ -84,7 +84,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Stratify",
     category: "tectonics",
-    summary: "Layers of rock in depth: hard and soft, tilted, folded and faulted.",
+    summary: "Layers of rock at depth: hard and soft, tilted, folded and faulted.",
     doc: include_str!("page.md"),
     sources: &[
         "J. G. Ramsay and M. I. Huber (1987), The Techniques of Modern Structural Geology 2: Folds and Fractures, \
