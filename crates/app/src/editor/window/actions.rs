@@ -125,9 +125,11 @@ impl Action {
             Self::PasteParameters => {
                 graph("Paste parameters", "Paste parameters into selected nodes of the same kind", &[(BOTH, Key::V)])
             }
-            Self::Delete => {
-                graph("Delete", "Delete and reconnect the wires", &[(NONE, Key::Delete), (NONE, Key::Backspace)])
-            }
+            Self::Delete => graph(
+                "Delete",
+                "Delete the selected nodes and reconnect their neighbours",
+                &[(NONE, Key::Delete), (NONE, Key::Backspace)],
+            ),
             Self::SelectAll => graph("Select all", "Select all", &[(CTRL, Key::A)]),
             Self::Find => graph("Find…", "Find a node", &[(CTRL, Key::F)]),
             Self::Add => graph("Add a node…", "Add a node", &[(NONE, Key::Tab), (NONE, Key::Space)]),

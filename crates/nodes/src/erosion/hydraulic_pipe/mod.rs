@@ -37,7 +37,7 @@ use crate::prelude::*;
 params! {
     /// Length of the simulated storm.
     duration: f64 = 7200.0, Seconds, 0.0..=1e7, soft 0.0..=36000.0;
-    /// Morphological factor: multiplies erosion and deposition by the simulated water.
+    /// Morphological factor: the erosion and deposition of the simulated water are multiplied by it.
     acceleration: f64 = 2000.0, One, 0.0..=1e5, soft 1.0..=10000.0;
     /// Scheme of the water flow.
     scheme: Scheme = Scheme::Inertial, One, .., when law = "stream_power" | "excess_shear";
@@ -99,7 +99,7 @@ inputs! {
     regolith: Scalar(Metres) = 10.0, 0.0..=1e9, soft 0.0..=50.0;
     /// Rock at depth, from `Stratify`: water erodes hard layers below the loose ground more slowly.
     strata: Option<Strata>;
-    /// Drainage of the terrain, for a warm start: lakes are full and rivers flow from the first second.
+    /// Drainage of the terrain, for a warm start: lakes are full and, with `scheme: inertial`, rivers flow from the start.
     flow: Option<Flow>;
 }
 

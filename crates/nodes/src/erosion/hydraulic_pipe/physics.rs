@@ -33,7 +33,7 @@ choice! {
         /// the excess.
         ExcessShear = "excess_shear",
         /// The constants of WebGL-Erosion, for pipes of constant cross-section: `capacity`, `settling`, `entrainment`,
-        /// `roughness`, `scheme`, `evaporation`, `film`, `deep` and `width` are not used.
+        /// `critical_shear`, `roughness`, `scheme`, `damping`, `evaporation`, `film`, `deep` and `width` are not used.
         WebglErosion = "webgl_erosion",
     }
 }

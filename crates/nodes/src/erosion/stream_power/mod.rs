@@ -140,7 +140,7 @@ params! {
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// How the receiver of a cell is chosen.
     receivers: Receivers = Receivers::RhoInfinity, One, ..;
-    /// Time step; 0 is a hundredth of the duration.
+    /// Time step of the coarsest level, and the longest of the others; with 0, a hundredth of the duration, and no limit.
     ///
     /// Any step is stable. Longer ones give rivers fewer chances to find their way, and smear waves of erosion. A run
     /// has at most 10000 steps; if it would need more, they are longer than `time_step`.
