@@ -477,7 +477,7 @@ impl<'a> Land<'a> {
             };
             below + if left > steepest { steepest } else { left }
         };
-        let solved = self.drainage.upstream_after(job, &self.grid, &self.codes, &mut heights, prepare, solve);
+        let solved = self.drainage.upstream_prepared(job, &self.grid, &self.codes, &mut heights, prepare, solve);
         self.heights = heights;
         solved
     }

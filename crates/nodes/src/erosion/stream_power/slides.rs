@@ -132,7 +132,8 @@ impl Slides<'_> {
                     let below = if row + 1 == rows { &beside[1][..] } else { &after[..nx] };
                     let (row_above, row_below) = (grid.row_above(y), grid.row_below(y));
                     steepest.drops(y * nx, *cell_m, limits_m);
-                    let ground = Ground3 { above: ground(row_above), here: ground(Some(y)), below: ground(row_below) };
+                    let ground =
+                        GroundRows { above: ground(row_above), here: ground(Some(y)), below: ground(row_below) };
                     mark_steep([above, here, below], ground, knolls.slope, limits_m, steep);
                     // Returns true if the cell gave way.
                     let mut relax = |x: usize| {
@@ -190,7 +191,7 @@ impl Slides<'_> {
 }
 
 /// The ground of a row and of its neighbours.
-struct Ground3<'a> {
+struct GroundRows<'a> {
     above: &'a [f32],
     here: &'a [f32],
     below: &'a [f32],
@@ -200,7 +201,7 @@ simd! {
     /// Marks the cells of a row that are steeper than the limit, and those at its ends, beside which a row may go on.
     fn mark_steep(
         heights: [&[f64]; 3],
-        ground: Ground3<'_>,
+        ground: GroundRows<'_>,
         slope: f64,
         limits_m: &[f64],
         steep: &mut [u8],

@@ -179,7 +179,7 @@ impl Drainage {
         values: &mut [V],
         link: impl Fn(usize, u8, V, V) -> V + Sync,
     ) -> Result<(), NodeError> {
-        self.upstream_after(
+        self.upstream_prepared(
             job,
             grid,
             codes,
@@ -194,7 +194,7 @@ impl Drainage {
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn upstream_after<V: Copy + Send + Sync, P: Copy + Default + Send>(
+    pub fn upstream_prepared<V: Copy + Send + Sync, P: Copy + Default + Send>(
         &self,
         job: &Job<'_>,
         grid: &Grid,
