@@ -36,10 +36,7 @@ pub fn of_field(field: &Field, ty: PortType, view: View) -> Field {
 pub fn of_height(height: &Field, view: View) -> Field {
     let light = hillshade::Params::fitted(height);
     match view {
-        View::Map => {
-            let [_, colour] = hillshade::relief(height, &light.casting(height));
-            colour
-        }
+        View::Map => map(height, light),
         View::Hillshade => {
             let [shade, _] = hillshade::relief(height, &light);
             grey(&shade, &Scale { range: [0.0, 1.0], logarithmic: false })
@@ -53,14 +50,16 @@ pub fn together(fields: &[&Field], ty: PortType) -> Vec<Field> {
     let Some((first, rest)) = fields.split_first() else { return Vec::new() };
     if ty == PortType::Height {
         let light = rest.iter().copied().fold(hillshade::Params::fitted(first), shared);
-        let map = |height: &&Field| {
-            let [_, colour] = hillshade::relief(height, &light.clone().casting(height));
-            colour
-        };
-        return fields.iter().map(map).collect();
+        return fields.iter().map(|height| map(height, light.clone())).collect();
     }
     let scale = rest.iter().fold(Scale::of(first, ty), |scale, field| scale.with(&Scale::of(field, ty)));
     fields.iter().map(|field| grey(field, &scale)).collect()
+}
+
+/// Heights in a light that casts shadows.
+fn map(height: &Field, light: hillshade::Params) -> Field {
+    let [_, colour] = hillshade::relief(height, &light.casting(height));
+    colour
 }
 
 /// A light that fits other heights too: tints over the range of all, and the least exaggeration.

@@ -161,7 +161,7 @@ fn of_field(field: &Field, ty: PortType) -> ColorImage {
             let most = math::f32::ln(area.iter().copied().fold(1.0, f32::max) + 1.0);
             grey(&|cell| math::f32::ln(area[cell].max(0.0) + 1.0) / most)
         }
-        _ => ColorImage::from_rgb(cells, &raster::srgb_bytes(&picture::of_field(field, ty, picture::View::Map))),
+        _ => of_colours(&picture::of_field(field, ty, picture::View::Map)),
     }
 }
 
@@ -170,12 +170,11 @@ pub(in crate::editor) fn of_fields(fields: &[&Field], ty: PortType) -> Vec<Color
     if !matches!(ty, PortType::Height | PortType::Scalar(_)) {
         return fields.iter().map(|field| of_field(field, ty)).collect();
     }
-    let drawn = picture::together(fields, ty);
-    let image = |picture: &Field| {
-        let cells = picture.window().cells.map(|count| count as usize);
-        ColorImage::from_rgb(cells, &raster::srgb_bytes(picture))
-    };
-    drawn.iter().map(image).collect()
+    picture::together(fields, ty).iter().map(of_colours).collect()
+}
+
+fn of_colours(picture: &Field) -> ColorImage {
+    ColorImage::from_rgb(picture.window().cells.map(|count| count as usize), &raster::srgb_bytes(picture))
 }
 
 /// The maximum and the minimum, if they are informative.

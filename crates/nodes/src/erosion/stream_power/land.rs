@@ -21,7 +21,7 @@ use super::{
     inland,
     links::Links,
     rock::Rock,
-    slides::{self, Knolls},
+    slides::{self, KnollHeights},
     tectonics::Tectonics,
     winding::Winding,
 };
@@ -391,7 +391,8 @@ impl<'a> Land<'a> {
         let (grid, cell_m, steepest) = (&self.grid, self.cell_m, &self.steepest);
         // One slope for all knolls: where rock stands steeper from place to place, they do not.
         let mut slope = || *self.mean_steepest.get_or_insert_with(|| steepest.mean());
-        let knolls = Knolls { slope: if self.ground.is_even() { 0.0 } else { slope() }, ground: self.ground.heights() };
+        let slope = if self.ground.is_even() { 0.0 } else { slope() };
+        let knolls = KnollHeights { slope, ground: self.ground.heights() };
         let slid = slides::settle(job, grid, &mut heights, cell_m, steepest, knolls);
         self.heights = heights;
         slid

@@ -35,13 +35,13 @@ const LEAST: f64 = 0.25;
 
 /// The height that knolls and hollows have in balance: `slope` times the ground of each cell in metres.
 #[derive(Clone, Copy)]
-pub struct Knolls<'a> {
+pub struct KnollHeights<'a> {
     pub slope: f64,
     /// Empty on even ground.
     pub ground: &'a [f32],
 }
 
-impl Knolls<'_> {
+impl KnollHeights<'_> {
     #[inline(always)]
     fn at(&self, cell: usize) -> f64 {
         self.ground.get(cell).map_or(0.0, |ground| self.slope * f64::from(*ground))
@@ -58,7 +58,7 @@ pub fn settle(
     heights: &mut [f64],
     cell_m: f64,
     steepest: &Steepest,
-    knolls: Knolls<'_>,
+    knolls: KnollHeights<'_>,
 ) -> Result<(), NodeError> {
     let slides = Slides { job, grid, cell_m, steepest, knolls };
     slides.within(&strips(grid), heights)?;
@@ -91,7 +91,7 @@ struct Slides<'a> {
     grid: &'a Grid,
     cell_m: f64,
     steepest: &'a Steepest,
-    knolls: Knolls<'a>,
+    knolls: KnollHeights<'a>,
 }
 
 impl Slides<'_> {
@@ -149,13 +149,10 @@ impl Slides<'_> {
                         let side = |x: Option<usize>| over(x.map_or(f64::INFINITY, |x| here[x]), Some(y), x);
                         let (west, east) = (side(grid.column_before(x)), side(grid.column_after(x)));
                         let (north, south) = (over(above[x], row_above, Some(x)), over(below[x], row_below, Some(x)));
-                        let a = if west < east { west } else { east };
-                        let b = if north < south { north } else { south };
+                        let (a, b) = (lower(west, east), lower(north, south));
                         let own = knolls.at(cell);
-                        let height = here[x] - own;
-                        let (over_a, over_b) = ((height - a).max(0.0), (height - b).max(0.0));
                         let limit_m = limits_m[x];
-                        let gives_way = over_a * over_a + over_b * over_b > limit_m * limit_m;
+                        let gives_way = is_steep(here[x] - own, a, b, limit_m);
                         if gives_way {
                             let difference = (a - b).abs();
                             let stands = if difference < limit_m {
@@ -190,6 +187,18 @@ impl Slides<'_> {
     }
 }
 
+#[inline(always)]
+fn lower(one: f64, other: f64) -> f64 {
+    if one < other { one } else { other }
+}
+
+/// Whether a cell gives way, above its lower neighbours along a row, `a`, and along a column, `b`.
+#[inline(always)]
+fn is_steep(height: f64, a: f64, b: f64, limit_m: f64) -> bool {
+    let (over_a, over_b) = ((height - a).max(0.0), (height - b).max(0.0));
+    over_a * over_a + over_b * over_b > limit_m * limit_m
+}
+
 /// The ground of a row and of its neighbours.
 struct GroundRows<'a> {
     above: &'a [f32],
@@ -210,7 +219,6 @@ simd! {
         let [above, here, below] = heights;
         let (above, here, below, limits_m) = (&above[..n], &here[..n], &below[..n], &limits_m[..n]);
         let (ground_above, ground, ground_below) = (&ground.above[..n], &ground.here[..n], &ground.below[..n]);
-        let lower = |one: f64, other: f64| if one < other { one } else { other };
         steep[0] = 1;
         steep[n - 1] = 1;
         for x in 1..n.max(1) - 1 {
@@ -219,9 +227,7 @@ simd! {
             let north = above[x] - slope * f64::from(ground_above[x]);
             let south = below[x] - slope * f64::from(ground_below[x]);
             let own = here[x] - slope * f64::from(ground[x]);
-            let over_a = (own - lower(west, east)).max(0.0);
-            let over_b = (own - lower(north, south)).max(0.0);
-            steep[x] = u8::from(over_a * over_a + over_b * over_b > limits_m[x] * limits_m[x]);
+            steep[x] = u8::from(is_steep(own, lower(west, east), lower(north, south), limits_m[x]));
         }
     }
 }
