@@ -145,15 +145,15 @@ fn valleys_have_the_form_of_what_cut_them() {
     }
 }
 
-/// A short run on a real model keeps the model: 100 kyr on levels and on a single grid differ by a tenth of what they
-/// erode. Random beds and knolls add to it: rivers find other ways around them, and levels take longer steps.
+/// A short run on a real model keeps the model: 100 kyr on levels and on a single grid differ by less than a tenth of what
+/// they erode.
 #[test]
 fn short_runs_on_levels_change_a_model_as_single_grids_do() {
     let heights = |changes: &str, schedule: &str| -> Vec<f64> {
         let source = format!(
             "(format: 1, world: (size: (15360, 15360), cells: (256, 256), seed: 5, boundary: open), nodes: {{
                 \"today\": Import(file: \"data/bigtujunga_512_30m.tif\"),
-                \"rivers\": StreamPower(version: 13, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
+                \"rivers\": StreamPower(version: 14, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
                     {changes} schedule: {schedule}),
             }}, outputs: {{ \"before\": \"today\", \"height\": \"rivers\" }})"
         );
@@ -164,12 +164,13 @@ fn short_runs_on_levels_change_a_model_as_single_grids_do() {
         before.iter().zip(after).map(|(before, after)| f64::from(*after) - f64::from(*before) - 100.0).collect()
     };
     let size = |heights: &mut dyn Iterator<Item = f64>| heights.map(|height| height * height).sum::<f64>().sqrt();
-    // 0.080 and 0.116 of what is eroded, root mean square
-    for (changes, most) in [("roughness: 0, winding: 0,", 0.1), ("", 0.13)] {
+    for changes in ["roughness: 0, winding: 0,", ""] {
         let (levels, single) = (heights(changes, "coarse_to_fine"), heights(changes, "full"));
         let apart = size(&mut levels.iter().zip(&single).map(|(levels, single)| levels - single));
         let ratio = apart / size(&mut single.iter().copied());
-        assert!((0.02..most).contains(&ratio), "{changes} {ratio}");
+        println!("{changes} {ratio:.3}");
+        // levels take other steps than the single grid
+        assert!((0.01..0.1).contains(&ratio), "{changes} {ratio}");
     }
 }
 

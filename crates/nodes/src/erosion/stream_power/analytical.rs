@@ -1,8 +1,9 @@
 //! The land at an age as a fixed point of its own drainage network, found on the coarsest level first.
 //!
 //! Rivers that compete for land take many rounds to settle, but the outlines of the network can be found on large
-//! cells, where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024). The cells are those of the
-//! [`levels`](super::levels), so that the network does not depend on the cells that are asked for.
+//! cells, where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024). They are the cells of the coarsest
+//! of the [`levels`](super::levels), so that the network does not depend on the cells that are asked for. Finer levels
+//! pass their own, shorter time with the same solution.
 
 use super::{
     Inputs, Params,
@@ -11,9 +12,7 @@ use super::{
 use crate::prelude::*;
 
 /// Rounds on the coarsest level and on a single grid, where the network forms.
-const FIRST_ROUNDS: u32 = 32;
-/// Rounds on each finer level; more bring cell counts no closer together.
-const ROUNDS: u32 = 2;
+const ROUNDS: u32 = 32;
 
 /// Refuses settings that the solution does not know.
 ///
@@ -58,21 +57,41 @@ fn refuse(what: &str, way: &str) -> Result<(), NodeError> {
     ))
 }
 
-/// Puts the land at its age. `level` is 0 on the coarsest level and on a single grid; on finer levels the land is that
-/// of the coarser one.
+/// Puts the land at its age at the end of the run, and finds its network.
 ///
 /// # Errors
 /// When the run asks for what the solution does not know, or [`NodeError::Cancelled`].
-pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, level: u32) -> Result<(), NodeError> {
+pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>) -> Result<(), NodeError> {
     let inputs = Inputs::read(job)?;
     check(&inputs, params, job.sea_level())?;
     if params.duration <= 0.0 {
         return Ok(());
     }
-    let rounds = if level == 0 { FIRST_ROUNDS } else { ROUNDS };
-    for round in 0..rounds {
-        job.advance(round as f32 / (rounds + 1) as f32)?;
-        land.grow(job, inputs.height.samples(), params.duration, round)?;
+    for round in 0..ROUNDS {
+        job.advance(round as f32 / (ROUNDS + 1) as f32)?;
+        land.grow(job, inputs.height.samples(), [0.0, params.duration], round)?;
+    }
+    Ok(())
+}
+
+/// The same land at an earlier time, on the network that [`grow`] has found.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn go_back(job: &Job<'_>, land: &mut Land<'_>, until_yr: f64) -> Result<(), NodeError> {
+    land.grow(job, Inputs::read(job)?.height.samples(), [0.0, until_yr], ROUNDS)
+}
+
+/// Warns of creep on a single grid, where the solution leaves it out.
+///
+/// # Errors
+/// When an input is missing.
+pub fn warn_of_creep(job: &Job<'_>) -> Result<(), NodeError> {
+    if Inputs::read(job)?.diffusivity.constant().is_none_or(|diffusivity| diffusivity > 0.0) {
+        job.warn(
+            "`method: analytical` with `schedule: full` leaves out the creep of `diffusivity`; use `coarse_to_fine` or \
+             `method: implicit` to see it",
+        );
     }
     Ok(())
 }
@@ -82,9 +101,6 @@ pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, level: u32) -> 
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub fn wear(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -> Result<(f64, Work), NodeError> {
-    if Inputs::read(job)?.diffusivity.constant().is_none_or(|diffusivity| diffusivity > 0.0) {
-        job.warn("`method: analytical` leaves out the creep of `diffusivity`; use `method: implicit` to see it");
-    }
     let work = if params.duration > 0.0 { land.wear(job, asked)? } else { Work::default() };
     Ok((1.0, work))
 }

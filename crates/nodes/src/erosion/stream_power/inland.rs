@@ -8,7 +8,10 @@
 
 use orograph_graph::{Boundary, Edge, Field, Glimpses, InputValue, Job, Outputs, Value, Warnings, Window, World, mix};
 
-use super::levels::Frame;
+use super::{
+    Params,
+    levels::{Frame, Ladder},
+};
 use crate::numerics::par;
 
 /// How much the margin is inclined outwards, in metres per metre.
@@ -33,11 +36,11 @@ pub struct Inland {
 }
 
 impl Inland {
-    /// The margin of a job's world, where it has one. Worlds so small that it has no cell have none.
+    /// The margin of a job's world on a single grid, where it has one: that of the levels. Worlds so small that it has
+    /// no cell have none.
     #[must_use]
-    pub fn around(inner: Window) -> Option<Self> {
-        let [nx, ny] = inner.world.cells;
-        Self::with_margin(inner, (World::MARGIN * f64::from(nx.min(ny))).round() as u32)
+    pub fn around(inner: Window, params: &Params) -> Option<Self> {
+        Self::with_margin(inner, Ladder::new(inner, params).margin())
     }
 
     /// The same with a margin of so many cells.
@@ -210,19 +213,23 @@ mod tests {
     use super::*;
     use crate::{erosion::stream_power::NODE, testing};
 
+    fn around(window: Window) -> Option<Inland> {
+        Inland::around(window, &Params::read(&testing::with_params(&NODE, "")))
+    }
+
     fn world(nx: u32, ny: u32, boundary: Boundary) -> World {
         World { boundary, ..testing::world(nx, ny, 50.0) }
     }
 
     #[test]
     fn a_margin_is_a_tenth_of_the_shorter_side_where_sides_are_inland() {
-        let all = Inland::around(Window::whole(world(100, 60, Boundary::all(Edge::Inland)))).expect("a margin");
+        let all = around(Window::whole(world(100, 60, Boundary::all(Edge::Inland)))).expect("a margin");
         assert_eq!((all.outer.cells, all.outer.cell_m(), all.before), ([112, 72], 50.0, [6, 6]));
         let west = Boundary { west: Edge::Inland, ..Boundary::default() };
-        let west = Inland::around(Window::whole(world(100, 60, west))).expect("a margin");
+        let west = around(Window::whole(world(100, 60, west))).expect("a margin");
         assert_eq!((west.outer.cells, west.before), ([106, 60], [6, 0]));
         for window in [world(100, 60, Boundary::default()), world(4, 100, Boundary::all(Edge::Inland))] {
-            assert!(Inland::around(Window::whole(window)).is_none());
+            assert!(around(Window::whole(window)).is_none());
         }
     }
 
@@ -230,7 +237,7 @@ mod tests {
     fn the_margin_reflects_and_falls_outwards_and_is_cut_off() {
         let window = Window::whole(world(40, 50, Boundary::all(Edge::Inland)));
         let field = testing::field(window.world, |x, y| x + 100.0 * y);
-        let inland = Inland::around(window).expect("a margin");
+        let inland = around(window).expect("a margin");
         let plain = inland.reflect(&field, 0.0);
         assert_eq!(plain.samples()[4 * 48 + 3], field.samples()[0]);
         assert_eq!(plain.samples()[4 * 48], field.samples()[3]);
@@ -243,7 +250,7 @@ mod tests {
     fn tilted_layers_keep_their_tilt_in_the_margin() {
         let window = Window::whole(world(40, 50, Boundary::all(Edge::Inland)));
         let field = testing::field(window.world, |x, y| x + 100.0 * y);
-        let inland = Inland::around(window).expect("a margin");
+        let inland = around(window).expect("a margin");
         let continued = inland.continued(&field);
         let expected = testing::field(inland.outer.world, |x, y| (x - 200.0) + 100.0 * (y - 200.0));
         assert_eq!(continued.samples(), expected.samples());

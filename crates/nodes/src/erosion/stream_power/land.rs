@@ -201,6 +201,8 @@ pub struct Footing {
     pub gates: Option<Vec<u32>>,
     /// The number of a level, and the side of a cell of the coarsest in metres.
     pub level: Option<(u32, f64)>,
+    /// True if the land goes on from that of a coarser level.
+    pub goes_on: bool,
     /// True if the thickness of the sediment is followed even if no output needs it.
     pub keeps_sediment: bool,
 }
@@ -222,7 +224,6 @@ impl<'a> Land<'a> {
             Some((number, coarsest_m)) => (mix(job.seed() ^ mix(number)), holds_m.min(coarsest_m), Scheme::Level),
             None => (job.seed(), holds_m, Scheme::SingleGrid),
         };
-        let ribs_follow = footing.level.is_some_and(|(number, _)| number > 0);
         let (rock, varied) = Rock::new(job, &inputs, params, &law, shortest_m)?;
         let heads = Heads { critical_m2: params.critical_area, headwater_m2: params.headwater_area, m: params.m };
         let (bedrock, varied) = match inputs.strata {
@@ -260,7 +261,7 @@ impl<'a> Land<'a> {
             time_yr: 0.0,
             rock,
             winding,
-            ground: Ground::new(job, params, ribs_follow)?,
+            ground: Ground::new(job, params, footing.goes_on)?,
             bedrock,
             steepest,
             mean_steepest: None,
@@ -399,7 +400,13 @@ impl<'a> Land<'a> {
     }
 
     /// Lets the land between rivers creep. What comes to rivers and leaves the world is added to `lost`.
-    fn creep(&mut self, job: &Job<'_>, step_yr: f64, step: u32, lost: Option<&mut Vec<f64>>) -> Result<(), NodeError> {
+    pub(super) fn creep(
+        &mut self,
+        job: &Job<'_>,
+        step_yr: f64,
+        step: u32,
+        lost: Option<&mut Vec<f64>>,
+    ) -> Result<(), NodeError> {
         let (area, river_m2, gates) = (&self.area, self.river_m2, &self.gates);
         let rivers = area.at_least(river_m2);
         let is_river = |cell: usize| rivers.has(cell);

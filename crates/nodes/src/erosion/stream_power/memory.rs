@@ -47,8 +47,8 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let step = if !has_steps {
         0.0
     } else if params.method == Method::Analytical {
-        // the way of each cell and its ancestor
-        40.0
+        // the way of each cell and its ancestor, and the land before
+        44.0
     } else if settles {
         // heights before, the water's surface, what arrives, which water fills, beds and flux; for powers what was
         // found and tangents
@@ -64,7 +64,7 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let before_rate = 4.0 * before_rate.iter().filter(|wanted| **wanted).count() as f64;
     let end = (flux + given).max(when(wants.erosion_rate, lowered + flux + before_rate));
     let inside = sizing.window.len() as f64;
-    let (cells, copies, cut) = match Inland::around(sizing.window) {
+    let (cells, copies, cut) = match Inland::around(sizing.window, &params) {
         // all inputs with the margin, and one output after another without it
         Some(inland) => (inland.cells() as f64, 4.0 * sizing.wired.iter().filter(|wired| **wired).count() as f64, 4.0),
         None => (inside, 0.0, 0.0),
@@ -80,7 +80,7 @@ pub fn state(sizing: &Sizing<'_>) -> u64 {
     if !has_levels(&params) || !Ladder::new(sizing.window, &params).is_level() {
         return 0;
     }
-    let cells = Inland::around(sizing.window).map_or(sizing.window.len(), |inland| inland.cells());
+    let cells = Inland::around(sizing.window, &params).map_or(sizing.window.len(), |inland| inland.cells());
     let rasters = if sizing.is_wired(Inputs::PORTS, "deposition") { 4 } else { 2 };
     (4 * rasters * cells + 1024) as u64
 }

@@ -203,7 +203,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 13,
+    version: 14,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -250,6 +250,8 @@ pub static NODE: Node = Node {
         },
         // floors of varying width
         Migration { from: 12, steps: &[Step::Keep { name: "valley_variation", value: "0" }] },
+        // short runs take more steps, `method: analytical` agrees between cells, margins are equally wide on all cells
+        Migration { from: 13, steps: &[] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
@@ -335,7 +337,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         return levels::run(job, &params);
     }
     warn_of_unresolved_hillslopes(job, &params);
-    let Some(inland) = Inland::around(job.window()) else { return erode(job, &params) };
+    let Some(inland) = Inland::around(job.window(), &params) else { return erode(job, &params) };
     let take = |outputs| {
         if let Some(glimpses) = job.glimpses {
             (glimpses.take)(inland.cut(outputs));
@@ -357,7 +359,8 @@ fn erode(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
         Method::Implicit => implicit(job, params, &mut land, asked)?,
         Method::Analytical => {
             land.make_ribs(job)?;
-            analytical::grow(job, params, &mut land, 0)?;
+            analytical::warn_of_creep(job)?;
+            analytical::grow(job, params, &mut land)?;
             analytical::wear(job, params, &mut land, asked)?
         }
     };
@@ -432,7 +435,8 @@ fn implicit(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -
 
 /// How many steps a run has on a single grid, and how long each is in years.
 fn count_steps(params: &Params) -> (u32, f64) {
-    let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
+    let is_set = params.time_step > 0.0 && params.method == Method::Implicit;
+    let asked_yr = if is_set { params.time_step } else { params.duration / 100.0 };
     let count = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
     (count, params.duration / f64::from(count.max(1)))
 }

@@ -14,7 +14,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, memory::with_capacity};
 
 use super::{Asked, Land, Work};
 use crate::numerics::{par, routing::code};
@@ -35,21 +35,40 @@ struct Path {
 }
 
 impl Land<'_> {
-    /// Routes the land as it is, then puts it at its height after `age_yr`, above 0, from `start` on this network.
+    /// Routes the land as it is, then puts it at its height at the time `end_yr` on this network. It was `start` at
+    /// the time `begin_yr`, which is earlier.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn grow(&mut self, job: &Job<'_>, start: &[f32], age_yr: f64, round: u32) -> Result<(), NodeError> {
+    pub fn grow(
+        &mut self,
+        job: &Job<'_>,
+        start: &[f32],
+        [begin_yr, end_yr]: [f64; 2],
+        round: u32,
+    ) -> Result<(), NodeError> {
+        let age_yr = end_yr - begin_yr;
         self.route(job, Some(round))?;
         self.area.spread();
         self.widen(job)?;
-        self.time_yr = age_yr;
+        self.time_yr = end_yr;
         let mut heights = std::mem::take(&mut self.heights);
         let grown = self.heights_at(job, start, age_yr, &mut heights);
         self.heights = heights;
         grown?;
         self.cap(job)?;
         self.slide(job)
+    }
+
+    /// Lets the time `span_yr` pass at once, on the network of the land as it is; soil creeps afterwards.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn leap(&mut self, job: &Job<'_>, span_yr: f64, step: u32) -> Result<(), NodeError> {
+        let mut start = with_capacity(self.heights.len())?;
+        start.extend(self.heights.iter().map(|height| *height as f32));
+        self.grow(job, &start, [self.time_yr, self.time_yr + span_yr], step)?;
+        self.creep(job, span_yr, step, None)
     }
 
     /// The solution on the network as it is.
@@ -190,7 +209,7 @@ mod tests {
         let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
         let mut land = Land::new(job, &params, start, Footing::default())?;
         let start = start.samples();
-        land.grow(job, start, params.duration, 0)?;
+        land.grow(job, start, [0.0, params.duration], 0)?;
         let links = land.links(1.0);
         let mut ends = [0; 2];
         for (cell, &found) in land.heights.iter().enumerate() {

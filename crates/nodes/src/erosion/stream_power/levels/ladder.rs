@@ -103,8 +103,14 @@ impl Ladder {
         if number < self.finest || self.asked.cells[0] < self.coarsest[0] {
             return Rung { number, inner: self.own(cells), margin: self.margin << number, coarsest_m };
         }
+        Rung { number, inner: self.asked, margin: self.margin(), coarsest_m }
+    }
+
+    /// Cells of the margin beyond `inland` sides on the asked cells: as wide in metres as on the levels.
+    #[must_use]
+    pub fn margin(&self) -> u32 {
         let finer = f64::from(self.asked.cells[0]) / f64::from(self.coarsest[0]);
-        Rung { number, inner: self.asked, margin: (f64::from(self.margin) * finer).round() as u32, coarsest_m }
+        (f64::from(self.margin) * finer).round() as u32
     }
 }
 

@@ -13,7 +13,10 @@
 //! is further from that of the others than they are from each other. Results on its cells are means of the next level
 //! instead, which goes on from its state.
 //!
-//! The analytical method finds the land at T on each level again, from the one that the coarser level found.
+//! The analytical method passes the time of the coarsest level at once, and so the two parts of a finer level's time:
+//! until the next level takes over, and until T.
+//!
+//! A level that begins at the start takes more steps, as its land is far from balance, and single grids take a hundred.
 //!
 //! A job is one level: the evaluator has the level below run first, with inputs that are made for its own cells, and
 //! stores its [`Checkpoint`].
@@ -50,6 +53,10 @@ const SHARE: f64 = 0.15;
 const NEXT: f64 = 0.5;
 /// Steps of a level.
 const STEPS: f64 = 6.0;
+/// How long the analytical method takes leaps on the coarsest level, in which soil creeps, in times of the next level.
+const LEAPS: f64 = 2.0;
+/// Steps of a level that begins at the start.
+const STEPS_OF_ALL: f64 = 24.0;
 
 /// The levels as they are declared.
 pub const LEVELS: Levels = Levels {
@@ -75,7 +82,7 @@ pub fn has_levels(params: &Params) -> bool {
 #[derive(Clone, Copy, Debug)]
 struct Timetable {
     duration_yr: f64,
-    /// True if levels have the land at the end of the run, without steps before it.
+    /// True if time passes at once, without steps.
     at_once: bool,
     /// A step of the coarsest level.
     step_yr: f64,
@@ -90,17 +97,14 @@ struct Timetable {
 impl Timetable {
     fn new(params: &Params) -> Self {
         let (count, step_yr) = count_steps(params);
+        let at_once = params.method == Method::Analytical;
         let longest_yr = if params.time_step > 0.0 { step_yr } else { f64::INFINITY };
         let half_yr = f64::from(count.div_ceil(2)) * step_yr;
-        let at_once = params.method == Method::Analytical;
         Self { duration_yr: params.duration, at_once, step_yr, longest_yr, half_yr, response_yr: 0.0 }
     }
 
     /// sₗ of a level above the coarsest, before it is compared with the duration.
     fn span_yr(&self, level: u32) -> f64 {
-        if self.at_once {
-            return 0.0;
-        }
         (1..level).fold(SHARE * self.response_yr, |span_yr, _| span_yr * NEXT)
     }
 
@@ -119,13 +123,20 @@ impl Timetable {
         if self.is_whole(level) { 0.0 } else { self.duration_yr - self.span_yr(level) }
     }
 
+    /// The time from which the coarsest level takes leaps until the next one takes over, at most half of its time.
+    fn leaps_begin_yr(&self, until_yr: f64) -> f64 {
+        (until_yr - LEAPS * (self.duration_yr - until_yr)).max(until_yr / 2.0)
+    }
+
     /// The longest step of a level.
     fn longest_yr(&self, level: u32) -> f64 {
         if level == 0 {
             return self.step_yr;
         }
-        let own_yr = (self.span_yr(level) / STEPS).min(self.duration_yr / STEPS).min(self.longest_yr);
-        if self.is_whole(level) { own_yr.max(self.step_yr) } else { own_yr }
+        if self.is_whole(level) {
+            return (self.duration_yr / STEPS_OF_ALL).min(self.longest_yr).max(self.step_yr);
+        }
+        if self.at_once { f64::INFINITY } else { (self.span_yr(level) / STEPS).min(self.longest_yr) }
     }
 }
 
@@ -134,6 +145,8 @@ struct Run<'a, 'b> {
     job: &'a Job<'b>,
     land: Land<'a>,
     step: u32,
+    /// True if steps are leaps.
+    at_once: bool,
     /// The length of the last step and what it did.
     last: (f64, Work),
 }
@@ -155,8 +168,12 @@ impl Run<'_, '_> {
         let step_yr = span_yr / f64::from(count);
         for step in 0..count {
             progress(self.land.time_yr())?;
-            let asked = if step + 1 == count { asked } else { Asked::default() };
-            self.last = (step_yr, self.land.step(self.job, step_yr, self.step, asked)?);
+            if self.at_once {
+                self.land.leap(self.job, step_yr, self.step)?;
+            } else {
+                let asked = if step + 1 == count { asked } else { Asked::default() };
+                self.last = (step_yr, self.land.step(self.job, step_yr, self.step, asked)?);
+            }
             self.step += 1;
             self.job.glimpse(|| super::glimpse(self.job, &self.land));
         }
@@ -220,31 +237,40 @@ fn pass(
         return Ok(Outputs::default().with_state(Some(Checkpoint::of_start(gates, times.response_yr))));
     }
 
-    let footing = Footing { gates, level: Some((rung.number, rung.coarsest_m)), keeps_sediment: job.level.gives_state };
+    let footing = Footing {
+        gates,
+        level: Some((rung.number, rung.coarsest_m)),
+        goes_on: !times.is_whole(level),
+        keeps_sediment: job.level.gives_state,
+    };
     let mut land = Land::new(on, params, start, footing)?;
     if let (Some(below), Some(places)) = (below, places)
         && !times.is_whole(level)
     {
         land.take_over(on, level, start.samples(), &below, &places)?;
-    }
-    if level > 0 {
         land.make_ribs(on)?;
     }
-    let mut run = Run { job: on, land, step: 0, last: (1.0, Work::default()) };
+    let mut run = Run { job: on, land, step: 0, at_once: times.at_once, last: (1.0, Work::default()) };
     let begin_yr = times.begin_yr(level);
     let until_yr = if wants_outputs { None } else { times.handover_yr(level).filter(|_| level > 0) };
     let span_yr = (until_yr.unwrap_or(params.duration) - begin_yr).max(1e-30);
     let progress = |time_yr: f64| job.advance(((time_yr - begin_yr) / span_yr).clamp(0.0, 0.99) as f32);
-    if times.at_once {
-        analytical::grow(on, params, &mut run.land, level)?;
-    } else if level == 0 {
-        run.pass(times.half_yr, times.step_yr, Asked::default(), &progress)?;
+    let passes_at_once = times.at_once && level == 0;
+    if passes_at_once {
+        analytical::grow(on, params, &mut run.land)?;
+    } else if times.is_whole(level) {
+        run.pass(times.half_yr, times.longest_yr(level), Asked::default(), &progress)?;
     }
     if level == 0 && params.duration > 0.0 {
         times.response_yr = run.land.response_yr(on, times.step_yr)?;
+    } else if times.is_whole(level) {
+        run.land.make_ribs(on)?;
     }
     let handover_yr = times.handover_yr(level);
     if let Some(until_yr) = handover_yr {
+        if passes_at_once {
+            analytical::go_back(on, &mut run.land, times.leaps_begin_yr(until_yr))?;
+        }
         run.pass(until_yr, times.longest_yr(level), Asked::default(), &progress)?;
     }
     let state = job.level.gives_state.then(|| match handover_yr {
@@ -256,10 +282,9 @@ fn pass(
         return Ok(Outputs::default().with_state(state));
     }
     let asked = Asked { lowered: wants.erosion_rate, flux: wants.sediment_flux };
+    run.pass(params.duration, times.longest_yr(level), asked, &progress)?;
     if times.at_once {
         run.last = analytical::wear(on, params, &mut run.land, asked)?;
-    } else {
-        run.pass(params.duration, times.longest_yr(level), asked, &progress)?;
     }
     warn_of_short_runs(job, params.duration, times.response_yr);
     let (step_yr, work) = run.last;
