@@ -16,7 +16,9 @@ use crate::{
         coarse::{Between, Coarse},
         hillslope::Hillslope,
         math, par,
+        rock::grain,
         routing::{Depressions, Drainage, Grid, code, receivers},
+        variation::Variation,
         waves::{SHORTEST_CELLS, Waves},
     },
     prelude::*,
@@ -36,6 +38,13 @@ const NEWEST: f32 = 0.4;
 const LEARNT: f32 = 0.5;
 /// Number of corrections of the means after the last step.
 const ROUNDS: u32 = 6;
+/// The longest waves in which the depth varies, in spacings, and the shortest, in the longest.
+const VARIATION_WAVES: [f64; 2] = [20.0, 0.1];
+/// Their spectral slope, and how much longer they are along the grain of the rock than across it.
+const VARIATION_SLOPE: f64 = 2.6;
+const VARIATION_STRETCH: f64 = 2.5;
+/// Standard deviations at which the variation is cut off, to the smooth and to the deep side.
+const MOST_DEVIATIONS: [f64; 2] = [2.0, 1.0];
 /// The initial irregularities grow with slope up to this slope.
 const STEEPEST: f64 = 1.2;
 
@@ -56,10 +65,15 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
     par::change_with(&mut heights, model, |height, &model| *height = f64::from(model));
     land.route(job, &heights)?;
     let lakes = Lakes::of(&land.depressions, &heights)?;
+    let factors = factors(job, params)?;
+    let factor = |cell: usize| factors.get(cell).copied().unwrap_or(1.0);
     begin(job, params, strength.min(1.0), model, &mut heights)?;
 
     let coarse = Coarse::new(&window, params.coarse / window.cell_m());
-    let hillslope = Hillslope::new(&window, Lane::Constant((CREEP * params.rounding * strength) as f32), 0.0);
+    let creep = (CREEP * params.rounding * strength) as f32;
+    let creeps: Vec<f32> = factors.iter().map(|factor| creep * factor).collect();
+    let creeps = if creeps.is_empty() { Lane::Constant(creep) } else { Lane::Samples(&creeps) };
+    let hillslope = Hillslope::new(&window, creeps, 0.0);
     let law = Law::new(params.spacing, strength, window.cell_m());
     let (mut uplift, mut area): (Vec<f32>, Vec<f32>) = (zeroed(window.len())?, Vec::new());
     for step in 0..STEPS {
@@ -78,7 +92,8 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
         });
         land.drainage.upstream(job, &land.grid, &land.codes, &mut heights, |cell, code, height, below| {
             let drop = height - below;
-            if drop > 0.0 { below + drop / (1.0 + law.coefficient(area[cell], code)) } else { height }
+            let coefficient = || law.coefficient(area[cell], code) * f64::from(factor(cell));
+            if drop > 0.0 { below + drop / (1.0 + coefficient()) } else { height }
         })?;
         hillslope.creep(job, &mut heights, params.spacing * params.spacing, step..step + 1, &|_| false, None)?;
         let lost = lost(job, &coarse, model, &heights)?;
@@ -90,10 +105,10 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
         let lost = lost(job, &coarse, model, &heights)?;
         raise(params, model, &lost, &mut heights);
     }
-    if mask.constant() != Some(1.0) {
+    if mask.constant() != Some(1.0) || params.variation > 0.0 {
         par::change_at(&mut heights, |cell, height| {
             let before = f64::from(model[cell]);
-            *height = before + f64::from(mask.at(cell)) * (*height - before);
+            *height = before + f64::from(factor(cell).min(1.0) * mask.at(cell)) * (*height - before);
         });
     }
     land.route(job, &heights)?;
@@ -101,6 +116,28 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
     let mut found: Vec<f32> = zeroed(window.len())?;
     par::change_with(&mut found, &heights, |found, &height| *found = height as f32);
     Ok(found)
+}
+
+/// Factors on the erosion of each cell; empty where it is `depth` everywhere.
+fn factors(job: &Job<'_>, params: &Params) -> Result<Vec<f32>, NodeError> {
+    if params.variation <= 0.0 {
+        return Ok(Vec::new());
+    }
+    let (window, longest_m) = (job.window(), VARIATION_WAVES[0] * params.spacing);
+    let (spectral_slope, stretch, seed) = (VARIATION_SLOPE, VARIATION_STRETCH, mix(job.seed() ^ 0x5217_15EE));
+    let waves = Waves { longest_m, spectral_slope, stretch, grain: grain(job.seed()), seed };
+    let waves = waves.sampler(VARIATION_WAVES[1] * longest_m);
+    let variation = Variation { deviation: params.variation, waves, most: MOST_DEVIATIONS };
+    let mean = variation.root_mean_square();
+    let mut factors: Vec<f32> = zeroed(window.len())?;
+    par::each(factors.chunks_mut(window.nx()), |j, factors| {
+        job.check()?;
+        for (factor, wave) in factors.iter_mut().zip(variation.waves.row(&window, j)) {
+            *factor = (math::exp(variation.log_of(wave)) / mean) as f32;
+        }
+        Ok::<(), NodeError>(())
+    })?;
+    Ok(factors)
 }
 
 /// Receivers, depressions and drainage areas of the current heights.

@@ -26,6 +26,10 @@ params! {
     spacing: f64 = 90.0, Metres, 1e-3..=1e6, soft 10..=1000;
     /// How deep rills cut: a factor on erosion.
     depth: f64 = 1.0, One, 0.0..=4.0, soft 0..=2;
+    /// How much `depth` varies from place to place: the standard deviation of its natural logarithm.
+    ///
+    /// Smooth slopes beside slopes with deep rills, in waves of 20 spacings and shorter.
+    variation: f64 = 0.4, One, 0.0..=2.0, soft 0..=1.5;
     /// How round crests and valley floors are: a factor on creep.
     rounding: f64 = 1.0, One, 0.0..=10.0, soft 0..=4;
     /// How irregular the slopes are on which rills begin, relative to their gradient. Low values make rills straighter.
@@ -51,6 +55,9 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Rills",
+    version: 2,
+    // rills as deep everywhere as `depth` says
+    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "variation", value: "0" }] }],
     category: "erosion",
     summary: "Rills, gullies and spurs on the slopes of a coarse model, preserving the means of its cells.",
     doc: include_str!("page.md"),
@@ -83,7 +90,8 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     }
     // heights and uplift; the noise or the change of means; mean drainage areas; lake levels; codes, basins and order
     let wanted = Wants::among(sizing.wanted).count() as f64;
-    sizing.cells(BYTES - 4.0 * wanted)
+    let factors = if params.variation > 0.0 { 8.0 } else { 0.0 };
+    sizing.cells(BYTES + factors - 4.0 * wanted)
 }
 
 /// Bytes per cell at the stage that needs the most.

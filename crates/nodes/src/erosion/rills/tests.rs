@@ -101,14 +101,14 @@ fn roughness(land: &Field) -> f64 {
     (inside().map(|cell| above(cell) * above(cell)).sum::<f64>() / inside().count() as f64).sqrt()
 }
 
-/// Heights change by about 10 m, but the means of the model's cells by less than half a metre.
+/// Heights change by about 7 m, but the means of the model's cells by less than half a metre.
 #[test]
 fn means_are_the_models() {
     let model = model(STEP);
     let found = rills(&model, RILLS);
     let changed = moments(&difference(found.samples(), model.samples())).1;
     let means = moments(&difference(&block_means(&found, STEP), &block_means(&model, STEP))).1;
-    assert!(changed > 8.0, "{changed}");
+    assert!(changed > 6.0, "{changed}");
     assert!(means < 0.05 * changed, "{means} of {changed}");
 }
 
@@ -164,6 +164,22 @@ fn slopes_are_nearer_to_the_real_ones() {
             "{name}: real {real}, model {model}, rills {found}"
         );
     }
+}
+
+/// Smooth slopes lie beside slopes with deep rills: over squares of 960 m, changes differ in size more than without
+/// variation.
+#[test]
+fn the_depth_varies() {
+    let model = model(STEP);
+    let spread = |changes: &str| {
+        let change = difference(rills(&model, &format!("{RILLS},{changes}")).samples(), model.samples());
+        let squares = change.iter().map(|change| change * change).collect();
+        let sizes: Vec<f32> = block_means(&Field::new(*model.window(), squares), 32).iter().map(|m| m.sqrt()).collect();
+        let (mean, deviation) = moments(&sizes);
+        deviation / mean
+    };
+    let [even, varied] = ["variation=0", "variation=0.8"].map(spread);
+    assert!(varied > 1.15 * even, "{even} {varied}");
 }
 
 /// Rills on cells of 15 m, 20 m and 30 m are the same: their changes correlate in means over 120 m. On cells of 40 m, a
