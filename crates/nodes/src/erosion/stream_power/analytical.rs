@@ -38,10 +38,11 @@ pub fn refuses(params: &Params, settles: bool, has_strata: bool) -> Result<(), N
 ///
 /// # Errors
 /// What it is, and what to do.
-fn check(inputs: &Inputs<'_>, params: &Params, sea_level: Option<f64>) -> Result<(), NodeError> {
+pub fn check(job: &Job<'_>, params: &Params) -> Result<(), NodeError> {
+    let inputs = Inputs::read(job)?;
     refuses(params, inputs.deposition.constant().is_none_or(|g| g > 0.0), inputs.strata.is_some())?;
     let under = |level: f64| inputs.height.samples().iter().any(|&height| f64::from(height) < level);
-    if sea_level.is_some_and(under) {
+    if job.sea_level().is_some_and(under) {
         return refuse(
             "does not support a sea, and terrain lies below the world's sea level",
             "lower the world's `sea_level`",
@@ -60,10 +61,9 @@ fn refuse(what: &str, way: &str) -> Result<(), NodeError> {
 /// Puts the land at its age at the end of the run, and finds its network.
 ///
 /// # Errors
-/// When the run asks for what the solution does not know, or [`NodeError::Cancelled`].
+/// [`NodeError::Cancelled`].
 pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>) -> Result<(), NodeError> {
     let inputs = Inputs::read(job)?;
-    check(&inputs, params, job.sea_level())?;
     if params.duration <= 0.0 {
         return Ok(());
     }
@@ -209,6 +209,14 @@ mod tests {
             let error = outputs(&format!("method=analytical,{changes}"), &fields).expect_err("unknown");
             assert!(matches!(error, NodeError::Failed { hint: Some(_), .. }), "{error}");
         }
+        // a cell under the sea that only the finer levels have
+        let land = testing::field(testing::world(300, 300, 50.0), |x, y| {
+            if [x, y].iter().all(|at| (7500.0..7550.0).contains(at)) { -1.0 } else { 100.0 }
+        });
+        let lake = testing::at_sea(&land, 0.0);
+        let params = testing::with_params(&NODE, "method=analytical,duration=1e6");
+        let error = testing::outputs(&NODE, &params, &[("height", &lake)]).expect_err("a sea").to_string();
+        assert!(error.contains("does not support a sea"), "{error}");
         let mut params = testing::with_params(&NODE, "method=analytical");
         params.set("uplift_course", ParamValue::Curve(vec![[0.0, 0.0], [1.0, 1.0]]));
         let error = testing::outputs(&NODE, &params, &[("height", &height)]).expect_err("unknown").to_string();

@@ -359,6 +359,7 @@ fn erode(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
         Method::Implicit => implicit(job, params, &mut land, asked)?,
         Method::Analytical => {
             land.make_ribs(job)?;
+            analytical::check(job, params)?;
             analytical::warn_of_creep(job)?;
             analytical::grow(job, params, &mut land)?;
             analytical::wear(job, params, &mut land, asked)?

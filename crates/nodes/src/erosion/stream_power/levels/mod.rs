@@ -243,6 +243,9 @@ fn pass(
         goes_on: !times.is_whole(level),
         keeps_sediment: job.level.gives_state,
     };
+    if times.at_once {
+        analytical::check(on, params)?;
+    }
     let mut land = Land::new(on, params, start, footing)?;
     if let (Some(below), Some(places)) = (below, places)
         && !times.is_whole(level)
