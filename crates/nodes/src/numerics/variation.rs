@@ -1,6 +1,20 @@
 //! Factors that vary from place to place: their logarithm is a random field of long waves, cut off on both sides.
 
-use super::{math, waves::Sampler};
+use orograph_graph::{Job, NodeError, Window};
+
+use super::{
+    math, par,
+    rock::grain,
+    waves::{Sampler, Waves},
+};
+
+/// The spectral slope of waves of smooth and rough slopes, and how much longer they are along the grain of the rock than
+/// across it.
+const SLOPES: f64 = 2.6;
+const SLOPES_STRETCH: f64 = 2.5;
+/// Standard deviations at which they are cut off, to the smooth and to the rough side: ground that is much rougher than
+/// the mean looks crumpled.
+const MOST_DEVIATIONS: [f64; 2] = [2.0, 1.0];
 
 /// A factor as a function of position.
 pub struct Variation {
@@ -13,6 +27,29 @@ pub struct Variation {
 }
 
 impl Variation {
+    /// How rough slopes are beside each other, in waves from `longest_m` down to the fraction `shortest` of it.
+    #[must_use]
+    pub fn of_slopes(job: &Job<'_>, deviation: f64, longest_m: f64, shortest: f64, seed: u32) -> Self {
+        let (grain, spectral_slope) = (grain(job.seed()), SLOPES);
+        let waves = Waves { longest_m, spectral_slope, stretch: SLOPES_STRETCH, grain, seed };
+        Self { deviation, waves: waves.sampler(shortest * longest_m), most: MOST_DEVIATIONS }
+    }
+
+    /// Multiplies a value per cell by the factor, over its root mean square.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn scale(&self, job: &Job<'_>, window: &Window, values: &mut [f32]) -> Result<(), NodeError> {
+        let mean = self.root_mean_square();
+        par::each(values.chunks_mut(window.nx()), |j, values| {
+            job.check()?;
+            for (value, wave) in values.iter_mut().zip(self.waves.row(window, j)) {
+                *value *= (math::exp(self.log_of(wave)) / mean) as f32;
+            }
+            Ok(())
+        })
+    }
+
     /// The natural logarithm of the factor at a position in metres.
     #[must_use]
     pub fn log(&self, place_m: [f64; 2]) -> f64 {
@@ -20,14 +57,12 @@ impl Variation {
     }
 
     /// The natural logarithm of the factor where the waves have this value.
-    #[must_use]
-    pub fn log_of(&self, waves: f64) -> f64 {
+    fn log_of(&self, waves: f64) -> f64 {
         self.deviation * waves.clamp(-self.most[0], self.most[1])
     }
 
     /// The root mean square of the factor, for normally distributed waves: the sum over quantiles.
-    #[must_use]
-    pub fn root_mean_square(&self) -> f64 {
+    fn root_mean_square(&self) -> f64 {
         root_mean_square(self.deviation, self.most)
     }
 }

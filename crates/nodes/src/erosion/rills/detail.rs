@@ -8,7 +8,10 @@
 //! coarse cell, interpolated linearly between their centres, is added back: all of it to the heights, and half of it to
 //! the uplift of all later steps. Uplift thus converges to the erosion rate, as in a landscape at steady state.
 
-use orograph_graph::{memory::zeroed, mix};
+use orograph_graph::{
+    memory::{filled, zeroed},
+    mix,
+};
 
 use super::{Params, drain::Lakes};
 use crate::{
@@ -16,7 +19,6 @@ use crate::{
         coarse::{Between, Coarse},
         hillslope::Hillslope,
         math, par,
-        rock::grain,
         routing::{Depressions, Drainage, Grid, code, receivers},
         variation::Variation,
         waves::{SHORTEST_CELLS, Waves},
@@ -40,11 +42,6 @@ const LEARNT: f32 = 0.5;
 const ROUNDS: u32 = 6;
 /// The longest waves in which the depth varies, in spacings, and the shortest, in the longest.
 const VARIATION_WAVES: [f64; 2] = [20.0, 0.1];
-/// Their spectral slope, and how much longer they are along the grain of the rock than across it.
-const VARIATION_SLOPE: f64 = 2.6;
-const VARIATION_STRETCH: f64 = 2.5;
-/// Standard deviations at which the variation is cut off, to the smooth and to the deep side.
-const MOST_DEVIATIONS: [f64; 2] = [2.0, 1.0];
 /// The initial irregularities grow with slope up to this slope.
 const STEEPEST: f64 = 1.2;
 
@@ -70,9 +67,12 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
     begin(job, params, strength.min(1.0), model, &mut heights)?;
 
     let coarse = Coarse::new(&window, params.coarse / window.cell_m());
-    let creep = (CREEP * params.rounding * strength) as f32;
-    let creeps: Vec<f32> = factors.iter().map(|factor| creep * factor).collect();
-    let creeps = if creeps.is_empty() { Lane::Constant(creep) } else { Lane::Samples(&creeps) };
+    // the diffusivity, and a time of which its product is the creep of a step
+    let (creep, square) = ((CREEP * params.rounding * strength) as f32, params.spacing * params.spacing);
+    let (creeps, span) = match &factors[..] {
+        [] => (Lane::Constant(creep), square),
+        factors => (Lane::Samples(factors), f64::from(creep) * square),
+    };
     let hillslope = Hillslope::new(&window, creeps, 0.0);
     let law = Law::new(params.spacing, strength, window.cell_m());
     let (mut uplift, mut area): (Vec<f32>, Vec<f32>) = (zeroed(window.len())?, Vec::new());
@@ -95,7 +95,7 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
             let coefficient = || law.coefficient(area[cell], code) * f64::from(factor(cell));
             if drop > 0.0 { below + drop / (1.0 + coefficient()) } else { height }
         })?;
-        hillslope.creep(job, &mut heights, params.spacing * params.spacing, step..step + 1, &|_| false, None)?;
+        hillslope.creep(job, &mut heights, span, step..step + 1, &|_| false, None)?;
         let lost = lost(job, &coarse, model, &heights)?;
         raise(params, model, &lost, &mut heights);
         par::change_with(&mut uplift, &lost, |uplift, lost| *uplift += LEARNT * lost);
@@ -123,20 +123,10 @@ fn factors(job: &Job<'_>, params: &Params) -> Result<Vec<f32>, NodeError> {
     if params.variation <= 0.0 {
         return Ok(Vec::new());
     }
-    let (window, longest_m) = (job.window(), VARIATION_WAVES[0] * params.spacing);
-    let (spectral_slope, stretch, seed) = (VARIATION_SLOPE, VARIATION_STRETCH, mix(job.seed() ^ 0x5217_15EE));
-    let waves = Waves { longest_m, spectral_slope, stretch, grain: grain(job.seed()), seed };
-    let waves = waves.sampler(VARIATION_WAVES[1] * longest_m);
-    let variation = Variation { deviation: params.variation, waves, most: MOST_DEVIATIONS };
-    let mean = variation.root_mean_square();
-    let mut factors: Vec<f32> = zeroed(window.len())?;
-    par::each(factors.chunks_mut(window.nx()), |j, factors| {
-        job.check()?;
-        for (factor, wave) in factors.iter_mut().zip(variation.waves.row(&window, j)) {
-            *factor = (math::exp(variation.log_of(wave)) / mean) as f32;
-        }
-        Ok::<(), NodeError>(())
-    })?;
+    let (window, [longest, shortest], seed) = (job.window(), VARIATION_WAVES, mix(job.seed() ^ 0x5217_15EE));
+    let variation = Variation::of_slopes(job, params.variation, longest * params.spacing, shortest, seed);
+    let mut factors = filled(window.len(), 1.0)?;
+    variation.scale(job, &window, &mut factors)?;
     Ok(factors)
 }
 

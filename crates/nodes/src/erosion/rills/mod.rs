@@ -90,7 +90,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     }
     // heights and uplift; the noise or the change of means; mean drainage areas; lake levels; codes, basins and order
     let wanted = Wants::among(sizing.wanted).count() as f64;
-    let factors = if params.variation > 0.0 { 8.0 } else { 0.0 };
+    let factors = if params.variation > 0.0 { 4.0 } else { 0.0 };
     sizing.cells(BYTES + factors - 4.0 * wanted)
 }
 

@@ -10,25 +10,13 @@
 use orograph_graph::{Job, NodeError, mix};
 
 use super::Params;
-use crate::numerics::{
-    math, par,
-    ribs::ribs,
-    rock::{Knolls, grain},
-    variation::Variation,
-    waves::Waves,
-};
+use crate::numerics::{par, ribs::ribs, rock::Knolls, variation::Variation};
 
 /// The least and the largest factor of a slope.
 const FACTORS: [f64; 2] = [0.25, 4.0];
 
 /// The longest waves in which the roughness varies, in √A₀, and the shortest, in the longest.
 const VARIATION_WAVES: [f64; 2] = [12.0, 0.2];
-/// Their spectral slope, and how much longer they are along the grain than across it.
-const VARIATION_SLOPE: f64 = 2.6;
-const VARIATION_STRETCH: f64 = 2.5;
-/// Standard deviations at which the variation is cut off, to the smooth and to the rough side: ground that is much rougher
-/// than the mean looks crumpled.
-const MOST_DEVIATIONS: [f64; 2] = [2.0, 1.0];
 
 /// The ground of every cell.
 pub struct Ground {
@@ -52,14 +40,12 @@ impl Ground {
         let knolls = Knolls::new(job, params.roughness, params.headwater_area.sqrt());
         let has_feet = params.roughness > 0.0 && params.headwater_area > 0.0;
         let heights = if ribs_follow && params.ribs > 0.0 { Vec::new() } else { knolls.all(job)? };
-        let longest_m = VARIATION_WAVES[0] * params.headwater_area.sqrt();
         let varies = has_feet && params.roughness_variation > 0.0;
         let seed = mix(job.seed() ^ mix(0x5EED_0005));
-        let (spectral_slope, grain) = (VARIATION_SLOPE, grain(job.seed()));
-        let waves = Waves { longest_m, spectral_slope, stretch: VARIATION_STRETCH, grain, seed };
-        let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m);
+        let [longest, shortest] = VARIATION_WAVES;
+        let longest_m = longest * params.headwater_area.sqrt();
         let deviation = params.roughness_variation;
-        let variation = varies.then(|| Variation { deviation, waves: sampler(), most: MOST_DEVIATIONS });
+        let variation = varies.then(|| Variation::of_slopes(job, deviation, longest_m, shortest, seed));
         let mut ground = Self { heights, knolls, variation, has_feet, ribs: params.ribs };
         ground.vary(job)?;
         Ok(ground)
@@ -68,15 +54,7 @@ impl Ground {
     /// Makes the ground rougher here and smoother there.
     fn vary(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
         let Some(variation) = &self.variation else { return Ok(()) };
-        let window = job.window();
-        let mean = variation.root_mean_square();
-        par::each(self.heights.chunks_mut(window.nx()), |j, heights| {
-            job.check()?;
-            for (height, waves) in heights.iter_mut().zip(variation.waves.row(&window, j)) {
-                *height *= (math::exp(variation.log_of(waves)) / mean) as f32;
-            }
-            Ok(())
-        })
+        variation.scale(job, &job.window(), &mut self.heights)
     }
 
     /// Makes ribs of the knolls, along the slopes of the terrain `heights`.

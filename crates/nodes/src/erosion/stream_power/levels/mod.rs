@@ -264,8 +264,10 @@ fn pass(
     } else if times.is_whole(level) {
         run.pass(times.half_yr, times.longest_yr(level), Asked::default(), &progress)?;
     }
-    if level == 0 && params.duration > 0.0 {
-        times.response_yr = run.land.response_yr(on, times.step_yr)?;
+    if level == 0 {
+        if params.duration > 0.0 {
+            times.response_yr = run.land.response_yr(on, times.step_yr)?;
+        }
     } else if times.is_whole(level) {
         run.land.make_ribs(on)?;
     }
