@@ -12,7 +12,7 @@ cd "$(dirname "$0")/../.."
 graphs=(
     "alps|Alps|-|2048|.42 .42"
     "himalaya|A very high range|-|2048|.40 .30"
-    "fjords|A fjord coast|-|2048|.20 .25"
+    "fjords|A fjord coast|-|2048|.42 .35"
     "glen|A Highland glen|-|2048|.35 .35"
     "highlands|Moors and glens|-|2048|.35 .35"
     "canyon|A canyon in layered rock|map|2048|.35 .35"

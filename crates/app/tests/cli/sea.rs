@@ -81,6 +81,11 @@ fn files_and_measures_state_the_sea() {
     place.run(&["metrics", "out/height.exr"]).ended(1, &["a sea at 1000000000 m"]);
     let message = place.run(&["check", "--describe", &graph("isles.ron")]).done().out;
     assert!(message.contains("sea at 0 m"), "{message}");
+    // a format that states its cell size itself
+    place.run(&["run", &graph("isles.ron"), "-o", "out", "--cells", "64", "--format", "tiff"]).done();
+    let measured = place.run(&["metrics", "out/height.tif", "--json"]).done().out;
+    let measured: serde_json::Value = serde_json::from_str(&measured).expect("JSON");
+    assert_eq!(measured["sea_level_m"], 0.0);
 }
 
 /// A file from when `StreamPower` had its own sea parameter still builds the same result.

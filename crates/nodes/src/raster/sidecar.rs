@@ -203,12 +203,14 @@ impl Sidecar {
     }
 }
 
-/// Returns the sea level in the sidecar of a file. Returns None if there is none.
+/// Returns the sea level in the sidecar of a file. Returns None if there is none. Beside files that state their cell size
+/// themselves, such as TIFF files, a sidecar that cannot be read counts as none: other programs write such files too.
 ///
 /// # Errors
-/// [`Problem::Sidecar`] if the sidecar is invalid.
+/// [`Problem::Sidecar`] if the sidecar is needed to read the file and is invalid.
 pub fn sea_level(path: &Path) -> Result<Option<f64>, RasterError> {
-    Ok(Sidecar::beside(path)?.and_then(|sidecar| sidecar.sea_level_m))
+    let sidecar = Sidecar::beside(path)?.or_else(|| Sidecar::beside_any(path));
+    Ok(sidecar.and_then(|sidecar| sidecar.sea_level_m))
 }
 
 /// Returns what a file holds if its sidecar says that it does not hold heights, such as `scalar in m²`.

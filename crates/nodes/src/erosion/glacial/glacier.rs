@@ -25,6 +25,8 @@ use crate::{
 
 /// A step lowers the bed by at most this much.
 const DEEPEST_M: f64 = 30.0;
+/// A limit that prevents more than this share of all erosion is worth a warning.
+const NOTABLE: f64 = 0.02;
 /// Till is this many times as erodible as rock.
 const SOFT: f64 = 5.0;
 /// Ice thinner than this is the margin: what is dropped there is moraine.
@@ -79,7 +81,8 @@ pub(super) struct Glacier {
     pub done: u64,
     /// Largest thickness of any moment, in metres.
     pub deepest_m: f64,
-    limited: bool,
+    /// Volume of rock that the limit of a step kept from erosion, in m³.
+    spared: f64,
 }
 
 /// The two ways in which ice is found.
@@ -136,7 +139,7 @@ impl Glacier {
             volumes: Volumes::default(),
             done: 0,
             deepest_m: 0.0,
-            limited: false,
+            spared: 0.0,
             params,
         })
     }
@@ -223,8 +226,8 @@ impl Glacier {
         let rows = self.rock.chunks_mut(nx).zip(self.till.chunks_mut(nx)).zip(self.active.chunks_mut(nx));
         let rows = rows.zip(debris.chunks_mut(nx).zip(worn.chunks_mut(nx))).zip(rates.chunks(nx));
         let (ice, erodibility) = (&self.ice, &self.erodibility);
-        let limited = par::collect_all(rows, |j, ((((rock, till), active), (debris, worn)), rates)| {
-            let mut is_limited = false;
+        let spared = par::collect_all(rows, |j, ((((rock, till), active), (debris, worn)), rates)| {
+            let mut spared = 0.0;
             for (i, law::Rate { base, section, most }) in rates.iter().copied().enumerate() {
                 let cell = j * nx + i;
                 active[i] |= f64::from(ice.depth[cell]) > THIN_M;
@@ -235,8 +238,9 @@ impl Glacier {
                 }
                 // limited before the section's factor, which keeps the bed even
                 let most = f64::from(most).min(DEEPEST_M);
-                is_limited |= lowered > most;
+                let asked = lowered * f64::from(section);
                 let lowered = (lowered.min(most) * f64::from(section)).min(DEEPEST_M);
+                spared += asked - lowered;
                 let loose = till[i].min(SOFT * lowered);
                 let hard = lowered - loose / SOFT;
                 till[i] -= loose;
@@ -244,9 +248,9 @@ impl Glacier {
                 debris[i] += area_m2 * (loose + params.debris * hard);
                 worn[i] = hard;
             }
-            is_limited
+            spared
         });
-        self.limited |= limited.contains(&true);
+        self.spared += area_m2 * spared.iter().sum::<f64>();
         for hard in &worn {
             self.volumes.eroded += area_m2 * hard;
             self.volumes.flour += area_m2 * (1.0 - params.debris) * hard;
@@ -327,9 +331,12 @@ impl Glacier {
                  precipitation",
             );
         }
-        if self.limited {
+        let share = self.spared / (self.spared + self.volumes.eroded).max(f64::MIN_POSITIVE);
+        if share > NOTABLE {
             job.warn(format!(
-                "erosion was limited to {DEEPEST_M} m per step; raise `steps`, or lower `abrasion`, `plucking` or `duration`"
+                "the limit of {DEEPEST_M} m per step prevented {:.0} % of the erosion; raise `steps`, or lower `abrasion`, \
+                 `plucking` or `duration`",
+                100.0 * share
             ));
         }
     }
