@@ -8,6 +8,7 @@ use std::{
 };
 
 use super::calls::{Access, Out};
+use crate::memory::Leftover;
 
 /// The beginning of temporary names.
 const PREFIX: &str = ".orograph-";
@@ -24,12 +25,15 @@ pub(super) const LOCK: &str = ".lock";
 /// Attempts to find a name that is free.
 const TRIES: u32 = 16;
 
-/// Creates a file under a temporary name, which is locked until it is closed.
-pub(super) fn hold(folder: &Path, ending: &str, access: Access) -> io::Result<(Out, PathBuf)> {
+/// Creates a file under a temporary name, which is locked until it is closed. It is removed if the program ends for lack
+/// of memory before the note of it is dropped.
+pub(super) fn hold(folder: &Path, ending: &str, access: Access) -> io::Result<(Out, PathBuf, Leftover)> {
     for _ in 0..TRIES {
         // a hasher is seeded at random
         let random = RandomState::new().hash_one(std::process::id());
         let path = folder.join(format!("{PREFIX}{random:0digits$x}{ending}", digits = DIGITS));
+        // noted before it is there: creating it takes memory
+        let noted = Leftover::note(&[&path], &[]);
         let out = match Out::create(&path, access) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
             out => out?,
@@ -37,7 +41,7 @@ pub(super) fn hold(folder: &Path, ending: &str, access: Access) -> io::Result<(O
         // A process that removes leftovers may have taken it before it was locked. Without file locks, nobody can take
         // it, and it stays if the process is killed.
         if !matches!(out.file().try_lock(), Err(TryLockError::WouldBlock)) && path.exists() {
-            return Ok((out, path));
+            return Ok((out, path, noted));
         }
     }
     Err(io::ErrorKind::AlreadyExists.into())

@@ -43,9 +43,9 @@ impl Part {
     /// # Errors
     /// Those of the system.
     pub(crate) fn begin_beside(target: &Path, access: Access) -> io::Result<Self> {
-        let (out, temporary) = hold(folder_of(target), PART, access)?;
-        let is_alone = !is_temporary(folder_of(target));
-        let leftover = is_alone.then(|| Leftover::note(&[&temporary], &[]));
+        let (out, temporary, noted) = hold(folder_of(target), PART, access)?;
+        // a temporary folder is removed with its contents
+        let leftover = (!is_temporary(folder_of(target))).then_some(noted);
         Ok(Self { out, target: target.to_owned(), temporary: Some(temporary), _leftover: leftover })
     }
 

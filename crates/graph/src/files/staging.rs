@@ -37,7 +37,7 @@ impl Staging {
     /// # Errors
     /// Those of the system, also if an exchange can be neither completed nor undone.
     pub fn begin(parent: &Path, around: &[&Path]) -> io::Result<Self> {
-        let (held, lock) = hold(parent, LOCK, Access::Private)?;
+        let (held, lock, _noted) = hold(parent, LOCK, Access::Private)?;
         let path = lock.with_extension("");
         let leftover = Some(Leftover::note(&[&path, &lock], around));
         let staging = Self { path, lock, _held: held, leftover, is_left: false };

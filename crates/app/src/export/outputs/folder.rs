@@ -11,6 +11,7 @@ use std::{
 use orograph_graph::{
     Cancel, Lines, OutputDecl, Report, Value, Window, World,
     files::{self, Change, CommitError, Staging},
+    memory::Leftover,
 };
 use orograph_nodes::raster::{self, Problem, RasterError};
 
@@ -109,8 +110,10 @@ impl OutputFolder {
         if folder.exists() && !folder.is_dir() {
             return Err(refused(io::ErrorKind::NotADirectory.into()));
         }
-        files::create_folders(folder, files::Access::Usual).map_err(refused)?;
         let around: Vec<&Path> = prepared.made.iter().rev().map(PathBuf::as_path).collect();
+        // until the temporary folder in it is noted
+        let _noted = Leftover::note(&[], &around);
+        files::create_folders(folder, files::Access::Usual).map_err(refused)?;
         let staging = Staging::begin(folder, &around).map_err(refused)?;
         prepared.staging = Some(staging);
         Ok(prepared)
