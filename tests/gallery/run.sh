@@ -13,7 +13,7 @@ graphs=(
     "alps|Alps|-|2048|.42 .42"
     "himalaya|A very high range|-|2048|.40 .30"
     "fjords|A fjord coast|-|2048|.42 .35"
-    "glen|A Highland glen|-|2048|.35 .35"
+    "glen|A Highland glen|relief|2048|.42 .12"
     "highlands|Moors and glens|-|2048|.35 .35"
     "canyon|A canyon in layered rock|map|2048|.35 .35"
     "badlands|Badlands|colour|2048|.35 .45"
@@ -31,7 +31,7 @@ graphs=(
     "scree|Cliffs and scree|-|1024|.35 .35"
     "rivers|Rivers and lakes|map|2048|.35 .35"
     "carve_dem|A real landscape, eroded further|after|1024|.35 .35"
-    "gullies|Gullies after a storm|after|400|.45 .18"
+    "gullies|Gullies after a storm|after|400|.60 .55"
 )
 
 program=${OROGRAPH:-target/release/orograph}

@@ -25,8 +25,8 @@ pub(super) const LOCK: &str = ".lock";
 /// Attempts to find a name that is free.
 const TRIES: u32 = 16;
 
-/// Creates a file under a temporary name, which is locked until it is closed. It is removed if the program ends for lack
-/// of memory before the note of it is dropped.
+/// Creates a file under a temporary name, which is locked until it is closed. Until the returned note is dropped, the
+/// file is removed if the program ends for lack of memory.
 pub(super) fn hold(folder: &Path, ending: &str, access: Access) -> io::Result<(Out, PathBuf, Leftover)> {
     for _ in 0..TRIES {
         // a hasher is seeded at random

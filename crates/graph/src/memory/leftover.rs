@@ -45,16 +45,20 @@ pub enum Left {
     Around,
 }
 
-/// Reads the paths that are left over if the program ends now, in the order in which they can be removed, each
-/// terminated by a zero byte. Does not allocate.
+/// Reads the paths that are left over if the program ends now, in the order in which they can be removed: first all
+/// temporary ones, then the folders around them. Each is terminated by a zero byte. Does not allocate.
 pub fn each_leftover(mut read: impl FnMut(&[u8], Left)) {
-    LEFTOVERS.each(|paths| {
-        for path in paths.split_inclusive(|byte| *byte == 0) {
-            if let [mark, path @ ..] = path {
-                read(path, if *mark == TEMPORARY { Left::Temporary } else { Left::Around });
+    for (kind, left) in [(TEMPORARY, Left::Temporary), (AROUND, Left::Around)] {
+        LEFTOVERS.each(|paths| {
+            for path in paths.split_inclusive(|byte| *byte == 0) {
+                if let [mark, path @ ..] = path
+                    && *mark == kind
+                {
+                    read(path, left);
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 #[cfg(test)]
@@ -79,6 +83,11 @@ mod tests {
         let kinds = [Left::Temporary, Left::Temporary, Left::Around, Left::Around];
         assert_eq!(paths(), names.into_iter().zip(kinds).collect::<Vec<_>>());
         drop(note);
+        // a folder can be noted before what is in it
+        let around = Leftover::note(&[], &["/this test".as_ref()]);
+        let inside = Leftover::note(&["/this test/.lock".as_ref()], &[]);
+        assert_eq!(paths().iter().map(|(_, left)| *left).collect::<Vec<_>>(), [Left::Temporary, Left::Around]);
+        drop((around, inside));
         let long = Leftover::note(&[format!("/this test/{}", "a".repeat(5000)).as_ref()], &[]);
         assert!(paths().is_empty(), "half a path is another path");
         drop(long);

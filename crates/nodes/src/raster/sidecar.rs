@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Cell, Head, Meta, Problem, RasterError, prj};
 
-/// Description of a raster file. Written with every height file; read with PNG, OpenEXR and raw files.
+/// Description of a raster file. Written with every height file; read with PNG, OpenEXR and raw files. With files of other
+/// formats only the sea level and the quantity are read.
 ///
 /// When reading, everything is optional, unknown names are ignored, and `z_min` and `z_max` may replace `range`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -203,8 +204,8 @@ impl Sidecar {
     }
 }
 
-/// Returns the sea level in the sidecar of a file. Returns None if there is none. Beside files that state their cell size
-/// themselves, such as TIFF files, a sidecar that cannot be read counts as none: other programs write such files too.
+/// Returns the sea level in the sidecar of a file. Returns None if there is none. A file that states its own cell size,
+/// such as TIFF, may have an unreadable `.json` of another program beside it: that counts as none.
 ///
 /// # Errors
 /// [`Problem::Sidecar`] if the sidecar is needed to read the file and is invalid.

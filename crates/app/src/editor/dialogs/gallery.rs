@@ -51,7 +51,7 @@ const EXAMPLES: &[Example] = examples! {
     "mesas" "Mesas" output "colour";
     "belts" "Vegetation belts" output "colour";
     "painted" "Painted for an engine" output "colour";
-    "glen" "A Highland glen";
+    "glen" "A Highland glen" output "relief";
     "canyon" "A canyon in layered rock" output "map";
     "two_ranges" "Two ranges from one graph";
     "carve_dem" "A real landscape, eroded further" output "after";

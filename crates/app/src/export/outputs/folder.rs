@@ -111,7 +111,7 @@ impl OutputFolder {
             return Err(refused(io::ErrorKind::NotADirectory.into()));
         }
         let around: Vec<&Path> = prepared.made.iter().rev().map(PathBuf::as_path).collect();
-        // until the temporary folder in it is noted
+        // removes them if memory runs out before `Staging` has noted them with its own folder
         let _noted = Leftover::note(&[], &around);
         files::create_folders(folder, files::Access::Usual).map_err(refused)?;
         let staging = Staging::begin(folder, &around).map_err(refused)?;

@@ -25,7 +25,7 @@ use crate::{
 
 /// A step lowers the bed by at most this much.
 const DEEPEST_M: f64 = 30.0;
-/// A limit that prevents more than this share of all erosion is worth a warning.
+/// If limits prevent more than this share of the erosion, a warning says so.
 const NOTABLE: f64 = 0.02;
 /// Till is this many times as erodible as rock.
 const SOFT: f64 = 5.0;
@@ -81,8 +81,8 @@ pub(super) struct Glacier {
     pub done: u64,
     /// Largest thickness of any moment, in metres.
     pub deepest_m: f64,
-    /// Volume of rock that the limit of a step kept from erosion, in m³.
-    spared: f64,
+    /// Erosion by ice, and the erosion that the limits of a step prevented, in metres over an ice cell.
+    lowered: [f64; 2],
 }
 
 /// The two ways in which ice is found.
@@ -139,7 +139,7 @@ impl Glacier {
             volumes: Volumes::default(),
             done: 0,
             deepest_m: 0.0,
-            spared: 0.0,
+            lowered: [0.0; 2],
             params,
         })
     }
@@ -226,8 +226,8 @@ impl Glacier {
         let rows = self.rock.chunks_mut(nx).zip(self.till.chunks_mut(nx)).zip(self.active.chunks_mut(nx));
         let rows = rows.zip(debris.chunks_mut(nx).zip(worn.chunks_mut(nx))).zip(rates.chunks(nx));
         let (ice, erodibility) = (&self.ice, &self.erodibility);
-        let spared = par::collect_all(rows, |j, ((((rock, till), active), (debris, worn)), rates)| {
-            let mut spared = 0.0;
+        let lowered = par::collect_all(rows, |j, ((((rock, till), active), (debris, worn)), rates)| {
+            let mut sums = [0.0; 2];
             for (i, law::Rate { base, section, most }) in rates.iter().copied().enumerate() {
                 let cell = j * nx + i;
                 active[i] |= f64::from(ice.depth[cell]) > THIN_M;
@@ -240,7 +240,7 @@ impl Glacier {
                 let most = f64::from(most).min(DEEPEST_M);
                 let asked = lowered * f64::from(section);
                 let lowered = (lowered.min(most) * f64::from(section)).min(DEEPEST_M);
-                spared += asked - lowered;
+                sums = [sums[0] + lowered, sums[1] + (asked - lowered).min(f64::from(f32::MAX))];
                 let loose = till[i].min(SOFT * lowered);
                 let hard = lowered - loose / SOFT;
                 till[i] -= loose;
@@ -248,9 +248,11 @@ impl Glacier {
                 debris[i] += area_m2 * (loose + params.debris * hard);
                 worn[i] = hard;
             }
-            spared
+            sums
         });
-        self.spared += area_m2 * spared.iter().sum::<f64>();
+        for sums in lowered {
+            self.lowered = [self.lowered[0] + sums[0], self.lowered[1] + sums[1]];
+        }
         for hard in &worn {
             self.volumes.eroded += area_m2 * hard;
             self.volumes.flour += area_m2 * (1.0 - params.debris) * hard;
@@ -331,11 +333,12 @@ impl Glacier {
                  precipitation",
             );
         }
-        let share = self.spared / (self.spared + self.volumes.eroded).max(f64::MIN_POSITIVE);
+        let [done, prevented] = self.lowered;
+        let share = prevented / (done + prevented).max(f64::MIN_POSITIVE);
         if share > NOTABLE {
             job.warn(format!(
-                "the limit of {DEEPEST_M} m per step prevented {:.0} % of the erosion; raise `steps`, or lower `abrasion`, \
-                 `plucking` or `duration`",
+                "the limits on the erosion of one step, {DEEPEST_M} m or less, prevented {:.0} % of it; raise `steps`, or lower \
+                 `abrasion`, `plucking` or `duration`",
                 100.0 * share
             ));
         }
