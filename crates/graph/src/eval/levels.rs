@@ -2,7 +2,7 @@
 //! levels below a requested world are reported as one run of each node on that world.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, BTreeSet, HashMap},
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -42,6 +42,8 @@ struct Run {
     reported: f32,
     time: Duration,
     bytes: usize,
+    /// Warnings that were passed on. Bands and stages repeat those of results that they read.
+    warned: BTreeSet<String>,
 }
 
 /// One step.
@@ -63,7 +65,8 @@ impl<'a> LevelEvents<'a> {
             let known = places.iter().map(|place| place.run).find(|run| runs[*run].asked == step.asked);
             let run = known.unwrap_or_else(|| {
                 let (asked, parts, is_going) = (step.asked, Vec::new(), false);
-                runs.push(Run { asked, parts, is_going, reported: 0.0, time: Duration::ZERO, bytes: 0 });
+                let (time, bytes, warned) = (Duration::ZERO, 0, BTreeSet::new());
+                runs.push(Run { asked, parts, is_going, reported: 0.0, time, bytes, warned });
                 runs.len() - 1
             });
             places.push(Place { level: step.level, run, part: runs[run].parts.len() });
@@ -132,7 +135,10 @@ impl<'a> LevelEvents<'a> {
                 run.finish(place.part, time, bytes, (origin, backend), (node, name, cells))
             }
             // a remark on the cells of a level is none on those that are asked for
-            warning @ Event::Warning { .. } => run.parts[place.part].is_asked.then_some(warning),
+            Event::Warning { node, name, message } => {
+                let is_new = run.parts[place.part].is_asked && run.warned.insert(message.clone());
+                is_new.then_some(Event::Warning { node, name, message })
+            }
             other => Some(other),
         }
     }

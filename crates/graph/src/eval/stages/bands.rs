@@ -1,7 +1,7 @@
 //! Computing a stage in bands.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeMap,
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -116,13 +116,7 @@ impl Whole {
 /// Reports nodes that run once per band as if each ran once.
 struct BandReporter<'a> {
     events: &'a (dyn Fn(Event) + Sync),
-    state: Mutex<Told>,
-}
-
-#[derive(Default)]
-struct Told {
-    nodes: BTreeMap<NodeIndex, Node>,
-    warnings: BTreeSet<(NodeIndex, String)>,
+    told: Mutex<BTreeMap<NodeIndex, Node>>,
 }
 
 struct Node {
@@ -136,12 +130,12 @@ struct Node {
 
 impl<'a> BandReporter<'a> {
     fn new(events: &'a (dyn Fn(Event) + Sync)) -> Self {
-        Self { events, state: Mutex::default() }
+        Self { events, told: Mutex::default() }
     }
 
     fn hear(&self, event: Event) {
         let passed = {
-            let mut told = lock(&self.state);
+            let mut told = lock(&self.told);
             match event {
                 Event::NodeStarted { node, name } => {
                     let blank = |name: Arc<str>| Node {
@@ -152,23 +146,20 @@ impl<'a> BandReporter<'a> {
                         origin: None,
                         backend: "",
                     };
-                    let is_new = !told.nodes.contains_key(&node);
-                    told.nodes.entry(node).or_insert_with(|| blank(name.clone()));
+                    let is_new = !told.contains_key(&node);
+                    told.entry(node).or_insert_with(|| blank(name.clone()));
                     is_new.then_some(Event::NodeStarted { node, name })
                 }
                 Event::NodeFinished { node, cells, time, bytes, origin, backend, .. } => {
                     // Pinned and stored results are read for every band.
-                    if let Some(known) = told.nodes.get_mut(&node).filter(|_| origin == Origin::Computed) {
+                    if let Some(known) = told.get_mut(&node).filter(|_| origin == Origin::Computed) {
                         known.time += time;
                         known.bytes += bytes;
                         (known.cells, known.origin, known.backend) = (cells, Some(origin), backend);
                     }
                     None
                 }
-                Event::Warning { node, name, message } => {
-                    let is_new = told.warnings.insert((node, message.clone()));
-                    is_new.then_some(Event::Warning { node, name, message })
-                }
+                warning @ Event::Warning { .. } => Some(warning),
                 Event::Planned { .. } | Event::NodeProgress { .. } | Event::NodeGlimpse { .. } => None,
             }
         };
@@ -177,15 +168,15 @@ impl<'a> BandReporter<'a> {
 
     fn advance(&self, fraction: f32) {
         let nodes: Vec<(NodeIndex, Arc<str>)> =
-            lock(&self.state).nodes.iter().map(|(node, known)| (*node, known.name.clone())).collect();
+            lock(&self.told).iter().map(|(node, known)| (*node, known.name.clone())).collect();
         for (node, name) in nodes {
             (self.events)(Event::NodeProgress { node, name, fraction });
         }
     }
 
     fn end(self) {
-        let told = self.state.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-        for (node, Node { name, cells, time, bytes, origin, backend }) in told.nodes {
+        let told = self.told.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        for (node, Node { name, cells, time, bytes, origin, backend }) in told {
             if let Some(origin) = origin {
                 (self.events)(Event::NodeFinished { node, name, cells, time, bytes, origin, backend });
             }

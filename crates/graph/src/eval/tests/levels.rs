@@ -296,5 +296,7 @@ fn a_build_in_stages_passes_the_levels_too() {
         let finished =
             events.iter().filter(|event| matches!(event, Event::NodeFinished { name, .. } if &**name == "levels"));
         assert_eq!(finished.count(), 1);
+        let warned = events.iter().filter(|event| matches!(event, Event::Warning { .. }));
+        assert_eq!(warned.count(), 1, "each stage knows the warnings of those before");
     }
 }
