@@ -171,6 +171,19 @@ fn without_ice_nothing_changes_and_a_warning_says_so() {
     }
 }
 
+/// A cell that reaches the limit of a step is none to warn of; a run that is cut short is.
+#[test]
+fn a_warning_says_what_the_limits_of_steps_prevent() {
+    let land = mountains(48, 9600.0);
+    let limits = |changes: &str| {
+        let (_, warnings) = at_ela(&land, 600.0, changes);
+        warnings.into_iter().filter(|warning| warning.contains("limits on the erosion")).collect::<Vec<_>>()
+    };
+    assert_eq!(limits("steps=20,duration=20000"), Vec::<String>::new());
+    let warned = limits("steps=5,duration=1000000");
+    assert!(matches!(&warned[..], [one] if one.contains(" % of it; raise `steps`")), "{warned:?}");
+}
+
 #[test]
 fn no_time_changes_nothing() {
     let land = mountains(48, 9600.0);
