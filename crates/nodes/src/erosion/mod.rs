@@ -1,6 +1,7 @@
 //! Erosion.
 
 pub mod creep;
+pub mod fans;
 pub mod glacial;
 pub mod hydraulic_pipe;
 pub mod landslide;
@@ -19,6 +20,7 @@ pub static NODES: &[&Node] = &[
     &hydraulic_pipe::NODE,
     &glacial::NODE,
     &landslide::NODE,
+    &fans::NODE,
     &thermal::NODE,
     &weathering::NODE,
     &creep::NODE,

@@ -198,6 +198,12 @@ impl Grid {
     #[must_use]
     pub fn neighbour(&self, cell: u32, direction: usize) -> Option<u32> {
         let (dx, dy) = STEPS[direction];
+        self.at_offset(cell, [dx, dy])
+    }
+
+    /// Returns the cell so many columns to the east and rows to the south. Returns None when there is none.
+    #[must_use]
+    pub fn at_offset(&self, cell: u32, [dx, dy]: [i32; 2]) -> Option<u32> {
         let along = |at: usize, step: i32, count: usize, wrap: bool| {
             let to = at as i64 + i64::from(step);
             if wrap {
@@ -209,6 +215,13 @@ impl Grid {
         let x = along(cell as usize % self.nx, dx, self.nx, self.wrap[0])?;
         let y = along(cell as usize / self.nx, dy, self.ny, self.wrap[1])?;
         Some((y * self.nx + x) as u32)
+    }
+
+    /// How many columns and rows away a cell may be from another, so that no cell is reached in two ways.
+    #[must_use]
+    pub fn farthest(&self) -> [usize; 2] {
+        let along = |count: usize, wrap: bool| if wrap { (count - 1) / 2 } else { count };
+        [along(self.nx, self.wrap[0]), along(self.ny, self.wrap[1])]
     }
 
     /// Returns the neighbour of a cell that is not on the border.

@@ -1,0 +1,115 @@
+//! Rivers that fans have buried find a new way around the toe, and gravel fills the ground that remains dammed.
+
+use std::{cmp::Ordering, collections::BinaryHeap};
+
+use orograph_graph::{Job, NodeError, memory::copied};
+
+use super::mouths::Streams;
+use crate::numerics::{
+    math, par,
+    routing::{
+        Limits,
+        code::{STEPS, is_diagonal},
+    },
+};
+
+/// The deepest cut of a river through fans.
+const DEEPEST_M: f64 = 12.0;
+/// The longest cut of a river through fans.
+const LONGEST_M: f64 = 20e3;
+/// The slope of the banks that rivers cut into gravel, in degrees.
+const BANK_DEGREES: f64 = 30.0;
+
+/// What rivers do to the ground: sums over cells, in metres.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moved {
+    /// Gravel that fills the ground behind fans.
+    pub filled_m: f64,
+    /// Gravel and rock that rivers carry away.
+    pub washed_m: f64,
+    /// The rock among it.
+    pub rock_m: f64,
+}
+
+impl Moved {
+    fn cut(&mut self, ground_m: &mut f32, land_m: f32, to_m: f32) {
+        let apart = |high_m: f32, low_m: f32| f64::from(high_m) - f64::from(low_m);
+        self.washed_m += apart(*ground_m, to_m);
+        self.rock_m += apart(land_m.min(*ground_m), land_m.min(to_m));
+        *ground_m = to_m;
+    }
+
+    fn fill(&mut self, ground_m: &mut f32, to_m: f32) {
+        self.filled_m += f64::from(to_m) - f64::from(*ground_m);
+        *ground_m = to_m;
+    }
+}
+
+/// Lets rivers through the fans on `ground`, which was `land` without them.
+///
+/// # Errors
+/// [`NodeError::Cancelled`], or not enough memory.
+pub(super) fn settle(job: &Job<'_>, streams: Streams, land: &[f32], ground: &mut [f32]) -> Result<Moved, NodeError> {
+    let mut moved = Moved::default();
+    let Streams { grid, mut codes, level_m, cells, mut depressions } = streams;
+    drop(cells);
+    // lakes stay: only what fans dam is a depression of this surface
+    let mut surface = copied(ground)?;
+    par::change_with(&mut surface, &level_m, |surface, level_m| *surface = surface.max(*level_m));
+    Streams::route(job, &grid, &mut surface, &mut codes, &mut depressions)?;
+    let limits = Limits { depth_m: DEEPEST_M, length_m: LONGEST_M, cell_m: job.cell_m() };
+    let drained = depressions.breach(job, &grid, &surface, &codes, limits)?;
+    let mut banks = BinaryHeap::new();
+    for (cell, ground_m) in ground.iter_mut().enumerate() {
+        let [before, after] = [surface[cell], drained[cell]];
+        if after < before && after < *ground_m {
+            moved.cut(ground_m, land[cell], after);
+            banks.push(Bank { level_m: after, cell: cell as u32 });
+        } else if after > before && land[cell] >= level_m[cell] {
+            moved.fill(ground_m, after);
+        }
+    }
+    // banks fall to a slope that gravel keeps
+    let rise_m = job.cell_m() * math::tan(BANK_DEGREES.to_radians());
+    while let Some(Bank { level_m, cell }) = banks.pop() {
+        if level_m > ground[cell as usize] {
+            continue;
+        }
+        for way in 0..STEPS.len() {
+            let Some(beside) = grid.neighbour(cell, way) else { continue };
+            let length = if is_diagonal(way) { std::f64::consts::SQRT_2 } else { 1.0 };
+            let top_m = ((f64::from(level_m) + rise_m * length) as f32).max(land[beside as usize]);
+            if top_m < ground[beside as usize] {
+                moved.cut(&mut ground[beside as usize], land[beside as usize], top_m);
+                banks.push(Bank { level_m: top_m, cell: beside });
+            }
+        }
+    }
+    Ok(moved)
+}
+
+/// The foot of a bank; the lowest comes first.
+struct Bank {
+    level_m: f32,
+    cell: u32,
+}
+
+impl Ord for Bank {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.level_m.total_cmp(&self.level_m).then(other.cell.cmp(&self.cell))
+    }
+}
+
+impl PartialOrd for Bank {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Bank {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Bank {}
