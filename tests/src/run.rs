@@ -121,13 +121,13 @@ struct Subject {
 const SUBJECTS: [Subject; 5] = [
     // mountains that end at a plain
     Subject {
-        nodes: &[("Fans", r#"height: "base", size: 1.5, slope: 14"#)],
-        side_m: 12e3,
+        nodes: &[("Fans", r#"height: "base", size: 1, slope: 14"#)],
+        side_m: 5000.0,
         land: r#"
-            "hills": Ridged(wavelength: "3 km", octaves: 9, amplitude: "150 m"),
-            "block": Uplift(shape: range, path: [("-2 km", 0), ("14 km", "2 km")], front: "7 km", back: "7 km", rate: "2 mm/yr"),
-            "cut":   StreamPower(version: 14, height: "hills", uplift: "block", reference_rate: "0.35 mm/yr", duration: "1.5 Myr"),
-            "plain": Gradient(from: 560, to: 440, centre: ("6 km", "6 km"), azimuth: 180, length: "12 km"),
+            "hills": Ridged(wavelength: "1.5 km", octaves: 9, amplitude: "150 m"),
+            "block": Uplift(shape: range, path: [("-2 km", 0), ("7 km", "1 km")], front: "4 km", back: "4 km", rate: "2 mm/yr"),
+            "cut":   StreamPower(version: 14, height: "hills", uplift: "block", reference_rate: "0.25 mm/yr", duration: "1.5 Myr"),
+            "plain": Gradient(from: 330, to: 270, centre: (2500, 2500), azimuth: 180, length: "5 km"),
             "base":  Combine(a: "cut", b: "plain", mode: max),
         "#,
     },
