@@ -182,7 +182,7 @@ impl Room {
     }
 
     /// Covers the cells of a fan with this apex, nearest first, and stops at `most`. Returns their number,
-    /// and the largest number for a fan that is too long.
+    /// with those beyond the sides of the world, and the largest number for a fan that is too long.
     fn spread(
         &mut self,
         streams: &Streams,
@@ -198,10 +198,12 @@ impl Room {
         let Some(start) = self.place_of(streams, apex) else { return 0 };
         let centre = self.offset(start);
         self.reach(start, 0.0);
+        let mut count = 0;
         while let Some(Reverse((_, place))) = self.queue.pop() {
             let Place { covered, distance, .. } = self.at(place);
             let offset = self.offset(place);
-            let Some(cell) = streams.grid.at_offset(self.mouth, offset) else { continue };
+            // beyond the sides, the ground is that at the side
+            let cell = streams.grid.nearest(self.mouth, offset);
             let top_m = (top_m - mouth.shape.fall_m(f64::from(distance) * cell_m)) as f32;
             let (column, row) = (cell as usize % streams.grid.nx, cell as usize / streams.grid.nx);
             if streams.grid.outlet(column, row) == Outlet::Base {
@@ -211,8 +213,11 @@ impl Room {
                 continue;
             }
             self.at_mut(place).covered = self.search;
-            self.surface.push((cell, top_m));
-            if self.surface.len() >= most {
+            count += 1;
+            if streams.grid.at_offset(self.mouth, offset).is_some() {
+                self.surface.push((cell, top_m));
+            }
+            if count >= most {
                 break;
             }
             for step in STEPS {
@@ -230,7 +235,7 @@ impl Room {
                 }
             }
         }
-        self.surface.len()
+        count
     }
 
     /// The distance of a place from the apex by way of a covered one beside it, whose own distance is given.

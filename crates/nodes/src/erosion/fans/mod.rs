@@ -79,15 +79,17 @@ const AREA_EXPONENT: f64 = 0.9;
 /// Exponent of the slopes of fans over the areas of their catchments.
 const SLOPE_EXPONENT: f64 = -0.25;
 
-/// How many fans are laid down at the same time.
+/// How many fans are searched at the same time.
 const ROOMS: usize = 4;
+/// How many fans are searched before they are laid down.
+const BATCH: usize = 32;
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let wants = Wants::among(sizing.wanted);
     let given = [wants.height, wants.thickness, wants.mask].into_iter().filter(|is| *is).count() as f64;
-    // the ground with its gravel, water levels, codes; labels and donors of basins, and cut ground
-    let settled = 4.0 + 4.0 + 1.0 + 5.0 + 4.0;
+    // the ground with its gravel; water levels, codes, labels and donors of basins; the cut bed, and its sills or the result
+    let settled = 4.0 + 10.0 + 8.0;
     sizing.cells((settled - 4.0 * given).max(0.0))
 }
 
@@ -99,24 +101,22 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let streams = Streams::find(job, land)?;
     job.advance(0.3)?;
     let mouths = streams.mouths(job, &params, &inputs.size)?;
-    let laid = par::collect_with(0..ROOMS, Room::default, |room, first, _| {
-        let mine = mouths.iter().skip(first).step_by(ROOMS);
-        mine.map(|mouth| room.fit(job, &streams, land, mouth)).collect::<Result<Vec<_>, NodeError>>()
-    })?;
-    job.advance(0.6)?;
     let mut ground = copied(land)?;
     let mut tally = Tally::default();
-    for (at, mouth) in mouths.iter().enumerate() {
-        let Some(cells) = &laid[at % ROOMS][at / ROOMS] else { continue };
-        tally.count(mouth.catchment_m2, cells.len());
-        for &(cell, top_m) in cells {
-            let ground = &mut ground[cell as usize];
-            tally.laid_m += f64::from(top_m.max(*ground)) - f64::from(*ground);
-            *ground = ground.max(top_m);
+    for (batch, some) in mouths.chunks(BATCH).enumerate() {
+        let laid = par::collect_with(0..ROOMS, Room::default, |room, first, _| {
+            let mine = some.iter().skip(first).step_by(ROOMS);
+            mine.map(|mouth| room.fit(job, &streams, land, mouth)).collect::<Result<Vec<_>, NodeError>>()
+        })?;
+        for (at, mouth) in some.iter().enumerate() {
+            if let Some(cells) = &laid[at % ROOMS][at / ROOMS] {
+                tally.lay(mouth.catchment_m2, cells, &mut ground);
+            }
         }
+        job.advance(0.3 + 0.4 * (batch * BATCH) as f32 / mouths.len() as f32)?;
     }
-    drop(laid);
-    if tally.fans > 0.0 {
+    let streams = (tally.fans > 0.0).then_some(streams);
+    if let Some(streams) = streams {
         tally.moved = rivers::settle(job, streams, land, &mut ground)?;
     }
     job.advance(0.95)?;
@@ -148,10 +148,17 @@ struct Tally {
 }
 
 impl Tally {
-    fn count(&mut self, catchment_m2: f64, cells: usize) {
+    /// Lays a fan down.
+    fn lay(&mut self, catchment_m2: f64, cells: &[(u32, f32)], ground: &mut [f32]) {
         self.fans += 1.0;
-        self.largest_cells = self.largest_cells.max(cells);
+        self.largest_cells = self.largest_cells.max(cells.len());
         self.catchments_m2 += catchment_m2;
+        for &(cell, top_m) in cells {
+            let ground = &mut ground[cell as usize];
+            let raised = ground.max(top_m);
+            self.laid_m += f64::from(raised) - f64::from(*ground);
+            *ground = raised;
+        }
     }
 
     fn report(&self, job: &Job<'_>, mouths: usize, cells: usize, laid_m: &dyn Fn(usize) -> f64) -> Report {

@@ -54,7 +54,8 @@ impl Streams {
         let mut codes = zeroed(grid.cells())?;
         let mut level_m = copied(land)?;
         let mut depressions = Depressions::default();
-        Self::route(job, &grid, &mut level_m, &mut codes, &mut depressions)?;
+        receivers::d8(job, &grid, land, &mut codes)?;
+        Self::lead_out(job, &grid, land, &mut codes, &mut depressions)?;
         depressions.fill(&mut level_m);
         let mut cells = filled(grid.cells(), 1)?;
         let mut drainage = Drainage::default();
@@ -64,18 +65,17 @@ impl Streams {
         Ok(Self { grid, codes, level_m, cells, depressions })
     }
 
-    /// Finds receivers that lead out of depressions.
+    /// Leads receivers out of depressions, and ends them at the sea.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`], or not enough memory.
-    pub fn route(
+    pub fn lead_out(
         job: &Job<'_>,
         grid: &Grid,
-        land: &mut [f32],
+        land: &[f32],
         codes: &mut [u8],
         depressions: &mut Depressions<f32>,
     ) -> Result<(), NodeError> {
-        receivers::d8(job, grid, land, codes)?;
         if let Some(level) = job.sea_level() {
             receivers::end_at_sea(land, level, codes);
         }

@@ -2,14 +2,15 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use orograph_graph::{Job, NodeError, memory::copied};
+use orograph_graph::{Job, NodeError};
 
 use super::mouths::Streams;
 use crate::numerics::{
-    math, par,
+    math,
     routing::{
         Limits,
         code::{STEPS, is_diagonal},
+        receivers,
     },
 };
 
@@ -53,19 +54,19 @@ pub(super) fn settle(job: &Job<'_>, streams: Streams, land: &[f32], ground: &mut
     let mut moved = Moved::default();
     let Streams { grid, mut codes, level_m, cells, mut depressions } = streams;
     drop(cells);
-    // lakes stay: only what fans dam is a depression of this surface
-    let mut surface = copied(ground)?;
-    par::change_with(&mut surface, &level_m, |surface, level_m| *surface = surface.max(*level_m));
-    Streams::route(job, &grid, &mut surface, &mut codes, &mut depressions)?;
+    // lakes stay: only what fans dam is a depression
+    receivers::d8(job, &grid, ground, &mut codes)?;
+    receivers::end_at_voids(&grid, |cell| level_m[cell] > ground[cell], &mut codes);
+    Streams::lead_out(job, &grid, ground, &mut codes, &mut depressions)?;
     let limits = Limits { depth_m: DEEPEST_M, length_m: LONGEST_M, cell_m: job.cell_m() };
-    let drained = depressions.breach(job, &grid, &surface, &codes, limits)?;
+    let drained = depressions.breach(job, &grid, ground, &codes, limits)?;
     let mut banks = BinaryHeap::new();
     for (cell, ground_m) in ground.iter_mut().enumerate() {
-        let [before, after] = [surface[cell], drained[cell]];
-        if after < before && after < *ground_m {
+        let after = drained[cell];
+        if after < *ground_m {
             moved.cut(ground_m, land[cell], after);
             banks.push(Bank { level_m: after, cell: cell as u32 });
-        } else if after > before && land[cell] >= level_m[cell] {
+        } else if after > *ground_m {
             moved.fill(ground_m, after);
         }
     }

@@ -217,6 +217,17 @@ impl Grid {
         Some((y * self.nx + x) as u32)
     }
 
+    /// Returns the cell so many columns to the east and rows to the south, or the last one before the side of the world.
+    #[must_use]
+    pub fn nearest(&self, cell: u32, [dx, dy]: [i32; 2]) -> u32 {
+        let along = |at: usize, step: i32, count: usize, wrap: bool| {
+            let (to, count) = (at as i64 + i64::from(step), count as i64);
+            (if wrap { to.rem_euclid(count) } else { to.clamp(0, count - 1) }) as usize
+        };
+        let x = along(cell as usize % self.nx, dx, self.nx, self.wrap[0]);
+        (along(cell as usize / self.nx, dy, self.ny, self.wrap[1]) * self.nx + x) as u32
+    }
+
     /// How many columns and rows away a cell may be from another, so that no cell is reached in two ways.
     #[must_use]
     pub fn farthest(&self) -> [usize; 2] {
