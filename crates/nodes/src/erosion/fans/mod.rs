@@ -88,9 +88,9 @@ const BATCH: usize = 32;
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let wants = Wants::among(sizing.wanted);
     let given = [wants.height, wants.thickness, wants.mask].into_iter().filter(|is| *is).count() as f64;
-    // the ground with its gravel; water levels, codes, labels and donors of basins; the cut bed, and its sills or the result
-    let settled = 4.0 + 10.0 + 8.0;
-    sizing.cells((settled - 4.0 * given).max(0.0))
+    // codes, water levels, sizes of catchments, labels and donors of basins; the ground with its gravel; searches of fans
+    let laid = 1.0 + 4.0 + 4.0 + 5.0 + 4.0 + 0.9;
+    sizing.cells((laid - 4.0 * given).max(0.0))
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

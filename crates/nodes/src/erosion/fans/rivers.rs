@@ -57,6 +57,7 @@ pub(super) fn settle(job: &Job<'_>, streams: Streams, land: &[f32], ground: &mut
     // lakes stay: only what fans dam is a depression
     receivers::d8(job, &grid, ground, &mut codes)?;
     receivers::end_at_voids(&grid, |cell| level_m[cell] > ground[cell], &mut codes);
+    drop(level_m);
     Streams::lead_out(job, &grid, ground, &mut codes, &mut depressions)?;
     let limits = Limits { depth_m: DEEPEST_M, length_m: LONGEST_M, cell_m: job.cell_m() };
     let drained = depressions.breach(job, &grid, ground, &codes, limits)?;
