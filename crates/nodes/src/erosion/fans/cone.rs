@@ -72,7 +72,7 @@ fn upstream(streams: &Streams, mouth: u32, length: f64) -> Vec<u32> {
 
 impl Room {
     /// The fan at a mouth: with its apex so far up the stream that it has the area that the catchment calls for.
-    /// None where that takes too thick a fan, or where the stream ends too high above the valley.
+    /// None where the stream is too short or too gentle for that, or ends too high above the valley.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -83,15 +83,17 @@ impl Room {
         land: &[f32],
         mouth: &Mouth,
     ) -> Result<Option<Surface>, NodeError> {
-        job.check()?;
         let cell_m = job.cell_m();
         let radius = mouth.shape.radius_m / cell_m;
         let most = (mouth.shape.area_m2 / (cell_m * cell_m)).round() as usize;
         self.clear(streams, mouth.cell, (FARTHEST * radius).ceil() as i32);
         let height = |cell: u32| f64::from(streams.level_m[cell as usize]);
         let stream = upstream(streams, mouth.cell, FARTHEST_APEX * radius);
-        let mut covers = |apex: u32, top_m: f64| self.spread(streams, land, mouth, cell_m, (apex, top_m), most);
-        if covers(stream[0], height(stream[0])) >= most {
+        let mut is_large = |apex: u32, top_m: f64| {
+            job.check()?;
+            Ok::<_, NodeError>(self.spread(streams, land, mouth, cell_m, (apex, top_m), most) >= most)
+        };
+        if is_large(stream[0], height(stream[0]))? {
             return Ok(None);
         }
         // the first apex upstream with a large enough fan, and one below it with too small a fan
@@ -102,14 +104,14 @@ impl Room {
             if large == small {
                 return Ok(None);
             }
-            if covers(stream[large], height(stream[large])) >= most {
+            if is_large(stream[large], height(stream[large]))? {
                 break;
             }
             small = large;
         }
         while small + 1 < large {
             let middle = usize::midpoint(small, large);
-            if covers(stream[middle], height(stream[middle])) >= most {
+            if is_large(stream[middle], height(stream[middle]))? {
                 large = middle;
             } else {
                 small = middle;
@@ -119,13 +121,13 @@ impl Room {
         let (mut low_m, mut high_m) = (height(apex), height(stream[large]));
         for _ in 0..HALVINGS {
             let middle_m = 0.5 * (low_m + high_m);
-            if covers(apex, middle_m) >= most {
+            if is_large(apex, middle_m)? {
                 high_m = middle_m;
             } else {
                 low_m = middle_m;
             }
         }
-        covers(apex, low_m);
+        is_large(apex, low_m)?;
         Ok(Some(std::mem::take(&mut self.surface)))
     }
 
@@ -181,8 +183,8 @@ impl Room {
         &mut self.places[(self.blocks[block] as usize - 1) * BLOCK * BLOCK + within]
     }
 
-    /// Covers the cells of a fan with this apex, nearest first, and stops at `most`. Returns their number,
-    /// with those beyond the sides of the world, and the largest number for a fan that is too long.
+    /// Covers the cells of a fan with this apex, nearest first, and stops at `most`. Returns their number, with those
+    /// beyond the sides of the world; the largest number for a fan that is too long.
     fn spread(
         &mut self,
         streams: &Streams,
