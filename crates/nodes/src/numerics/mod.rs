@@ -9,6 +9,7 @@ pub mod cover;
 pub mod distance;
 pub mod distribution;
 pub mod drained;
+pub mod eikonal;
 pub mod extremes;
 pub(crate) mod fourier;
 pub mod gaussian;

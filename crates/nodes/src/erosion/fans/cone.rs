@@ -9,7 +9,13 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 use orograph_graph::{Job, NodeError};
 
 use super::mouths::{Mouth, Streams};
-use crate::numerics::routing::{Outlet, code::STEPS};
+use crate::numerics::{
+    eikonal::upwind,
+    routing::{
+        Grid, Outlet,
+        code::{STEPS, length},
+    },
+};
 
 /// How far the apex may be upstream of the mouth, in radii of the fan.
 const FARTHEST_APEX: f64 = 1.5;
@@ -43,7 +49,8 @@ struct Place {
 /// Room for the surroundings of a mouth, in blocks that are added where a fan comes. Distances are in cells.
 #[derive(Default)]
 pub(super) struct Room {
-    mouth: u32,
+    /// Column and row of the mouth.
+    mouth: [i32; 2],
     /// The farthest columns and rows from the mouth.
     half: [i32; 2],
     /// Places of a row are numbered with so many bits.
@@ -56,16 +63,20 @@ pub(super) struct Room {
     surface: Surface,
 }
 
+/// A cell of a stream, and its columns and rows from the mouth.
+type OnStream = (u32, [i32; 2]);
+
 /// The cells of the main stream from its mouth up, over a length in cells.
-fn upstream(streams: &Streams, mouth: u32, length: f64) -> Vec<u32> {
+fn upstream(streams: &Streams, mouth: u32, most: f64) -> Vec<OnStream> {
     let least = LEAST_CATCHMENT * f64::from(streams.cells[mouth as usize]);
-    let (mut stream, mut passed) = (vec![mouth], 0.0);
-    while let Some((above, step)) = stream.last().and_then(|cell| streams.above(*cell))
+    let (mut stream, mut passed) = (vec![(mouth, [0; 2])], 0.0);
+    while let Some(&(cell, [x, y])) = stream.last()
+        && let Some((way, above)) = streams.above(cell)
         && f64::from(streams.cells[above as usize]) >= least
-        && passed + step <= length
+        && passed + length(way as u8) <= most
     {
-        passed += step;
-        stream.push(above);
+        passed += length(way as u8);
+        stream.push((above, [x + STEPS[way].0, y + STEPS[way].1]));
     }
     stream
 }
@@ -86,12 +97,12 @@ impl Room {
         let cell_m = job.cell_m();
         let radius = mouth.shape.radius_m / cell_m;
         let most = (mouth.shape.area_m2 / (cell_m * cell_m)).round() as usize;
-        self.clear(streams, mouth.cell, (FARTHEST * radius).ceil() as i32);
-        let height = |cell: u32| f64::from(streams.level_m[cell as usize]);
+        self.clear(&streams.grid, mouth.cell, (FARTHEST * radius).ceil() as i32);
+        let height = |(cell, _): OnStream| f64::from(streams.level_m[cell as usize]);
         let stream = upstream(streams, mouth.cell, FARTHEST_APEX * radius);
-        let mut is_large = |apex: u32, top_m: f64| {
+        let mut is_large = |(_, apex): OnStream, top_m: f64| {
             job.check()?;
-            Ok::<_, NodeError>(self.spread(streams, land, mouth, cell_m, (apex, top_m), most) >= most)
+            Ok::<_, NodeError>(self.spread(&streams.grid, land, mouth, cell_m, (apex, top_m), most) >= most)
         };
         if is_large(stream[0], height(stream[0]))? {
             return Ok(None);
@@ -132,9 +143,9 @@ impl Room {
     }
 
     /// Prepares the surroundings of another mouth.
-    fn clear(&mut self, streams: &Streams, mouth: u32, half: i32) {
-        self.mouth = mouth;
-        self.half = streams.grid.farthest().map(|farthest| half.min(i32::try_from(farthest).unwrap_or(i32::MAX)));
+    fn clear(&mut self, grid: &Grid, mouth: u32, half: i32) {
+        self.mouth = [mouth as usize % grid.nx, mouth as usize / grid.nx].map(|at| at as i32);
+        self.half = grid.farthest().map(|farthest| half.min(i32::try_from(farthest).unwrap_or(i32::MAX)));
         let [columns, rows] = self.half.map(|half| 2 * half as usize + 1);
         self.bits = columns.max(BLOCK).next_power_of_two().ilog2();
         self.blocks.clear();
@@ -187,37 +198,34 @@ impl Room {
     /// beyond the sides of the world; the largest number for a fan that is too long.
     fn spread(
         &mut self,
-        streams: &Streams,
+        grid: &Grid,
         land: &[f32],
         mouth: &Mouth,
         cell_m: f64,
-        (apex, top_m): (u32, f64),
+        (apex, top_m): ([i32; 2], f64),
         most: usize,
     ) -> usize {
         self.search += 1;
         self.queue.clear();
         self.surface.clear();
-        let Some(start) = self.place_of(streams, apex) else { return 0 };
-        let centre = self.offset(start);
+        let Some(start) = self.place(apex) else { return 0 };
         self.reach(start, 0.0);
         let mut count = 0;
         while let Some(Reverse((_, place))) = self.queue.pop() {
             let Place { covered, distance, .. } = self.at(place);
             let offset = self.offset(place);
             // beyond the sides, the ground is that at the side
-            let cell = streams.grid.nearest(self.mouth, offset);
+            let ([x, y], is_within) = grid.nearest([self.mouth[0] + offset[0], self.mouth[1] + offset[1]]);
+            let cell = y * grid.nx + x;
             let top_m = (top_m - mouth.shape.fall_m(f64::from(distance) * cell_m)) as f32;
-            let (column, row) = (cell as usize % streams.grid.nx, cell as usize / streams.grid.nx);
-            if streams.grid.outlet(column, row) == Outlet::Base {
-                continue;
-            }
-            if covered == self.search || (top_m <= land[cell as usize] && place != start) {
+            let is_lower = top_m <= land[cell] && place != start;
+            if covered == self.search || is_lower || grid.outlet(x, y) == Outlet::Base {
                 continue;
             }
             self.at_mut(place).covered = self.search;
             count += 1;
-            if streams.grid.at_offset(self.mouth, offset).is_some() {
-                self.surface.push((cell, top_m));
+            if is_within {
+                self.surface.push((cell as u32, top_m));
             }
             if count >= most {
                 break;
@@ -231,7 +239,7 @@ impl Room {
                 if is_known && known.covered == self.search {
                     continue;
                 }
-                let found = self.distance(centre, there, step, distance);
+                let found = self.distance(apex, there, step, distance);
                 if !is_known || found < known.distance {
                     self.reach(next, found);
                 }
@@ -252,33 +260,13 @@ impl Room {
         // the places to the left and right of the step
         let aside = [[x - step.1, y - step.0], [x + step.1, y + step.0]].map(|offset| self.covered(offset));
         let across = aside.into_iter().flatten().fold(f32::INFINITY, f32::min);
-        let apart = beside - across;
-        if apart.abs() < 1.0 { 0.5 * (beside + across + (2.0 - apart * apart).sqrt()) } else { beside + 1.0 }
+        upwind(beside, across)
     }
 
     /// The distance of a place from the apex, if the fan covers it.
     fn covered(&self, offset: [i32; 2]) -> Option<f32> {
         let place = self.at(self.place(offset)?);
         (place.covered == self.search).then_some(place.distance)
-    }
-
-    /// The place of a cell of the stream, which is near the mouth.
-    fn place_of(&self, streams: &Streams, cell: u32) -> Option<u32> {
-        let nx = streams.grid.nx as i64;
-        let along = |at: u32, from: u32, half: i32, count: usize| {
-            let apart = i64::from(at) - i64::from(from);
-            // across a periodic side
-            let count = count as i64;
-            [apart, apart - count, apart + count]
-                .into_iter()
-                .find(|apart| apart.abs() <= i64::from(half))
-                .map(|d| d as i32)
-        };
-        let column = |cell: u32| (i64::from(cell) % nx) as u32;
-        let row = |cell: u32| (i64::from(cell) / nx) as u32;
-        let dx = along(column(cell), column(self.mouth), self.half[0], streams.grid.nx)?;
-        let dy = along(row(cell), row(self.mouth), self.half[1], streams.grid.ny)?;
-        self.place([dx, dy])
     }
 
     fn reach(&mut self, place: u32, distance: f32) {

@@ -41,7 +41,7 @@ outputs! {
     height: Height;
     /// Thickness of the gravel that was laid down.
     thickness: Scalar(Metres);
-    /// 1 on fans, 0 elsewhere, also where gravel fills the ground that they dammed.
+    /// 1 where gravel was laid down, 0 elsewhere.
     mask: Mask;
     /// Number, areas and volumes of fans, and the balance of sediment.
     report: Report;

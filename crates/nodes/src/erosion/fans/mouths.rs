@@ -10,7 +10,7 @@ use crate::numerics::{
     par,
     routing::{
         Depressions, Drainage, Grid,
-        code::{has_receiver, length},
+        code::{direction, has_receiver, length},
         donors, receivers,
     },
 };
@@ -83,26 +83,25 @@ impl Streams {
         depressions.carve(job, grid, codes)
     }
 
-    /// The cell below and the length of the link in cells.
-    pub fn below(&self, cell: u32) -> Option<(u32, f64)> {
+    /// The direction and the cell in which a stream goes on.
+    pub fn below(&self, cell: u32) -> Option<(usize, u32)> {
         let code = self.codes[cell as usize];
-        has_receiver(code).then(|| (self.grid.receiver(cell, code), length(code)))
+        has_receiver(code).then(|| (direction(code), self.grid.receiver(cell, code)))
     }
 
-    /// The largest stream that flows into a cell, with the length of the link in cells.
-    pub fn above(&self, cell: u32) -> Option<(u32, f64)> {
-        let (_, donor) = donors::of(&self.grid, &self.codes, cell)
-            .max_by_key(|(_, donor)| (self.cells[*donor as usize], std::cmp::Reverse(*donor)))?;
-        Some((donor, length(self.codes[donor as usize])))
+    /// The direction and the cell from which the largest stream comes.
+    pub fn above(&self, cell: u32) -> Option<(usize, u32)> {
+        donors::of(&self.grid, &self.codes, cell)
+            .max_by_key(|(_, donor)| (self.cells[*donor as usize], std::cmp::Reverse(*donor)))
     }
 
     /// The tangent of the mean slope from a cell on, over a length in cells or to the end of the stream.
-    fn slope(&self, from: u32, cells: f64, cell_m: f64, next: impl Fn(u32) -> Option<(u32, f64)>) -> Option<f64> {
+    fn slope(&self, from: u32, cells: f64, cell_m: f64, next: impl Fn(u32) -> Option<(usize, u32)>) -> Option<f64> {
         let (mut cell, mut passed) = (from, 0.0);
         while passed < cells
-            && let Some((there, step)) = next(cell)
+            && let Some((way, there)) = next(cell)
         {
-            (cell, passed) = (there, passed + step);
+            (cell, passed) = (there, passed + length(way as u8));
         }
         let drop_m = f64::from(self.level_m[from as usize]) - f64::from(self.level_m[cell as usize]);
         (passed > 0.0).then(|| drop_m.abs() / (passed * cell_m))
@@ -135,16 +134,16 @@ impl Streams {
             return None;
         }
         let cell = cell as u32;
-        let (below, _) = self.below(cell)?;
-        let length = shape.radius_m / cell_m;
-        shape.slope = shape.slope.min(GENTLER * self.slope(cell, length, cell_m, |cell| self.above(cell))?);
+        let (_, below) = self.below(cell)?;
+        let radius = shape.radius_m / cell_m;
+        shape.slope = shape.slope.min(GENTLER * self.slope(cell, radius, cell_m, |cell| self.above(cell))?);
         let flat = FLAT * shape.slope;
-        if self.slope(below, length, cell_m, |cell| self.below(cell))? > flat {
+        if self.slope(below, radius, cell_m, |cell| self.below(cell))? > flat {
             return None;
         }
         let joins = self.cells[below as usize] / LARGER >= self.cells[cell as usize];
         // the first cell below which it is flat
-        let leaves_mountains = || self.slope(cell, length, cell_m, |cell| self.below(cell)) > Some(flat);
+        let leaves_mountains = || self.slope(cell, radius, cell_m, |cell| self.below(cell)) > Some(flat);
         (joins || leaves_mountains()).then_some(Mouth { cell, catchment_m2, shape })
     }
 }

@@ -1,6 +1,6 @@
 //! Rivers that fans have buried find a new way around the toe, and gravel fills the ground that remains dammed.
 
-use std::{cmp::Ordering, collections::BinaryHeap};
+use std::{cmp::Reverse, collections::BinaryHeap};
 
 use orograph_graph::{Job, NodeError};
 
@@ -8,7 +8,7 @@ use super::mouths::Streams;
 use crate::numerics::{
     math,
     routing::{
-        Limits,
+        Elevation, Limits,
         code::{STEPS, is_diagonal},
         receivers,
     },
@@ -66,14 +66,15 @@ pub(super) fn settle(job: &Job<'_>, streams: Streams, land: &[f32], ground: &mut
         let after = drained[cell];
         if after < *ground_m {
             moved.cut(ground_m, land[cell], after);
-            banks.push(Bank { level_m: after, cell: cell as u32 });
+            banks.push(Reverse(after.pass(after, cell as u32)));
         } else if after > *ground_m {
             moved.fill(ground_m, after);
         }
     }
-    // banks fall to a slope that gravel keeps
+    // banks fall to a slope that gravel keeps, the lowest first
     let rise_m = job.cell_m() * math::tan(BANK_DEGREES.to_radians());
-    while let Some(Bank { level_m, cell }) = banks.pop() {
+    while let Some(Reverse(foot)) = banks.pop() {
+        let (level_m, cell) = (f32::pass_height(foot), f32::pass_link(foot));
         if level_m > ground[cell as usize] {
             continue;
         }
@@ -83,35 +84,9 @@ pub(super) fn settle(job: &Job<'_>, streams: Streams, land: &[f32], ground: &mut
             let top_m = ((f64::from(level_m) + rise_m * length) as f32).max(land[beside as usize]);
             if top_m < ground[beside as usize] {
                 moved.cut(&mut ground[beside as usize], land[beside as usize], top_m);
-                banks.push(Bank { level_m: top_m, cell: beside });
+                banks.push(Reverse(top_m.pass(top_m, beside)));
             }
         }
     }
     Ok(moved)
 }
-
-/// The foot of a bank; the lowest comes first.
-struct Bank {
-    level_m: f32,
-    cell: u32,
-}
-
-impl Ord for Bank {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.level_m.total_cmp(&self.level_m).then(other.cell.cmp(&self.cell))
-    }
-}
-
-impl PartialOrd for Bank {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Bank {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Bank {}

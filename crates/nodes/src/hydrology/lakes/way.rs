@@ -12,6 +12,7 @@ use orograph_graph::{
 
 use super::find::Lakes;
 use crate::numerics::{
+    eikonal::upwind,
     par,
     routing::{
         Grid,
@@ -124,13 +125,11 @@ impl Upwind {
         if least == f32::INFINITY && across == f32::INFINITY {
             return (f32::INFINITY, [0.0; 2]);
         }
-        let difference = (one - other).abs();
-        let from_both = difference < 1.0;
-        let length = if from_both { 0.5 * (one + other + (2.0 - difference * difference).sqrt()) } else { least + 1.0 };
+        let length = upwind(one, other);
         if across < length {
             return (across, unit(STEPS[self.corner.1]));
         }
-        if !from_both {
+        if (one - other).abs() >= 1.0 {
             return (length, unit(STEPS[way]));
         }
         let mut towards = [0.0; 2];

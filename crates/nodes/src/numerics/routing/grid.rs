@@ -198,34 +198,29 @@ impl Grid {
     #[must_use]
     pub fn neighbour(&self, cell: u32, direction: usize) -> Option<u32> {
         let (dx, dy) = STEPS[direction];
-        self.at_offset(cell, [dx, dy])
+        let at = [(cell as usize % self.nx) as i32 + dx, (cell as usize / self.nx) as i32 + dy];
+        let ([x, y], is_within) = self.nearest(at);
+        is_within.then(|| (y * self.nx + x) as u32)
     }
 
-    /// Returns the cell so many columns to the east and rows to the south. Returns None when there is none.
+    /// Returns the cell at a column and a row, or the last one before the side of the world, and whether it is within
+    /// the world. Columns and rows go on beyond periodic sides.
     #[must_use]
-    pub fn at_offset(&self, cell: u32, [dx, dy]: [i32; 2]) -> Option<u32> {
-        let along = |at: usize, step: i32, count: usize, wrap: bool| {
-            let to = at as i64 + i64::from(step);
-            if wrap {
-                Some(to.rem_euclid(count as i64) as usize)
+    #[inline]
+    pub fn nearest(&self, at: [i32; 2]) -> ([usize; 2], bool) {
+        let along = |at: i32, count: usize, wrap: bool| {
+            let count = count as i32;
+            if (0..count).contains(&at) {
+                (at as usize, true)
+            } else if wrap {
+                (at.rem_euclid(count) as usize, true)
             } else {
-                (0..count as i64).contains(&to).then_some(to as usize)
+                (at.clamp(0, count - 1) as usize, false)
             }
         };
-        let x = along(cell as usize % self.nx, dx, self.nx, self.wrap[0])?;
-        let y = along(cell as usize / self.nx, dy, self.ny, self.wrap[1])?;
-        Some((y * self.nx + x) as u32)
-    }
-
-    /// Returns the cell so many columns to the east and rows to the south, or the last one before the side of the world.
-    #[must_use]
-    pub fn nearest(&self, cell: u32, [dx, dy]: [i32; 2]) -> u32 {
-        let along = |at: usize, step: i32, count: usize, wrap: bool| {
-            let (to, count) = (at as i64 + i64::from(step), count as i64);
-            (if wrap { to.rem_euclid(count) } else { to.clamp(0, count - 1) }) as usize
-        };
-        let x = along(cell as usize % self.nx, dx, self.nx, self.wrap[0]);
-        (along(cell as usize / self.nx, dy, self.ny, self.wrap[1]) * self.nx + x) as u32
+        let (x, is_column) = along(at[0], self.nx, self.wrap[0]);
+        let (y, is_row) = along(at[1], self.ny, self.wrap[1]);
+        ([x, y], is_column && is_row)
     }
 
     /// How many columns and rows away a cell may be from another, so that no cell is reached in two ways.
