@@ -115,8 +115,8 @@ fn a_fan_crosses_a_periodic_side() {
 fn a_river_finds_its_way_around_a_fan() {
     let world = world(256);
     let valley = testing::field(world, |x, y| {
-        let wall_m = ((x - 3200.0).abs() - 200.0).max(0.0);
-        let gully_m = if x < 3000.0 { 0.6 * (0.5 * (y - 2565.0).abs()).min(wall_m).min(150.0) } else { 0.0 };
+        let wall_m = ((x - 3200.0).abs() - 80.0).max(0.0);
+        let gully_m = if x < 3120.0 { 0.6 * (0.5 * (y - 2565.0).abs()).min(wall_m).min(150.0) } else { 0.0 };
         0.01 * (world.size[1] - y) + 0.35 * wall_m + gully_m
     });
     let laid = Laid::new(&valley, "smallest=1e5");
