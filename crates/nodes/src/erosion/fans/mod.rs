@@ -79,6 +79,9 @@ const AREA_EXPONENT: f64 = 0.9;
 /// Exponent of the slopes of fans over the areas of their catchments.
 const SLOPE_EXPONENT: f64 = -0.25;
 
+/// The fewest cells of a fan.
+const FEWEST_CELLS: f64 = 12.0;
+
 /// How many fans are searched at the same time.
 const ROOMS: usize = 4;
 /// How many fans are searched before they are laid down.
@@ -96,6 +99,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (params, wants) = (Params::read(job.params), Wants::of(job));
     let inputs = Inputs::read(job)?;
+    warn(job, &params, &inputs.size);
     let before = inputs.height.samples();
     let land = &*voids::filled(job, before)?;
     let streams = Streams::find(job, land)?;
@@ -134,6 +138,28 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         height: wants.height.then(|| field(&|cell| if before[cell].is_finite() { ground[cell] } else { before[cell] })),
     }
     .into())
+}
+
+/// Says why no stream can have a fan, where the parameters or the cells are the reason.
+fn warn(job: &Job<'_>, params: &Params, size: &Lane<'_>) {
+    if params.smallest > params.largest {
+        job.warn("`smallest` is larger than `largest`, so there are no fans");
+        return;
+    }
+    let size = match size {
+        Lane::Constant(size) => f64::from(*size),
+        Lane::Samples(sizes) => f64::from(sizes.iter().copied().fold(0.0, f32::max)),
+    };
+    let least_m2 = FEWEST_CELLS * job.cell_m() * job.cell_m();
+    let most_m2 = Shape::of(params.largest, size, params).area_m2;
+    if size > 0.0 && params.largest > 0.0 && most_m2 < least_m2 {
+        job.warn(format!(
+            "there are no fans: the largest would cover {:.3} km², and {FEWEST_CELLS:.0} cells cover {:.3} km²; \
+             use smaller cells, or raise `largest` or `size`",
+            most_m2 / 1e6,
+            least_m2 / 1e6,
+        ));
+    }
 }
 
 /// What was laid down.

@@ -5,7 +5,7 @@ use orograph_graph::{
     memory::{copied, filled, zeroed},
 };
 
-use super::{Params, Shape};
+use super::{FEWEST_CELLS, Params, Shape};
 use crate::numerics::{
     par,
     routing::{
@@ -21,8 +21,6 @@ const LARGER: u32 = 3;
 const GENTLER: f64 = 0.7;
 /// The ground below a fan is at most so steep, as a share of the fan's slope.
 const FLAT: f64 = 0.5;
-/// The fewest cells of a fan.
-const FEWEST_CELLS: f64 = 12.0;
 
 /// The mouth of a stream.
 #[derive(Clone, Copy, Debug)]

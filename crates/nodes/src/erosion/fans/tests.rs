@@ -1,6 +1,6 @@
 //! Tests of fans: areas and surfaces against the laws, rivers, cells of different sizes, sides and voids.
 
-use orograph_graph::{Boundary, Edge, Value, World};
+use orograph_graph::{Boundary, Cancel, Edge, Value, World};
 
 use super::{NODE, Params, Shape};
 use crate::{
@@ -147,4 +147,26 @@ fn voids_stay() {
     let found: Vec<usize> = (0..laid.height.len()).filter(|cell| laid.height[*cell].is_nan()).collect();
     assert_eq!(found, voids);
     assert!(laid.thickness.iter().all(|thickness| thickness.is_finite()));
+}
+
+/// Where the parameters or the cells allow no fan anywhere, a warning says so; it says nothing of land without mouths.
+#[test]
+fn a_warning_says_why_there_are_no_fans() {
+    let warned = |changes: &str, land: &Field| {
+        let params = testing::with_params(&NODE, changes);
+        let fields = [("height", land)];
+        let (outputs, warnings) =
+            testing::outputs_and_warnings(&Cancel::default(), *land.window(), &NODE, &params, &fields);
+        assert!(outputs.is_ok());
+        warnings
+    };
+    let land = front(256, 2555.0);
+    assert_eq!(warned("smallest=1e6,largest=1e5", &land).len(), 1);
+    // 0.2 km² times 0.01 to the power of 0.9 is 0.003 km², and 12 cells of 20 m are 0.0048 km²
+    let warnings = warned("smallest=100,largest=1e4", &land);
+    assert!(warnings.len() == 1 && warnings[0].contains("0.003 km², and 12 cells cover 0.005 km²"), "{warnings:?}");
+    let flat = Field::new(*land.window(), vec![0.0; land.samples().len()]);
+    for (changes, land) in [("", &land), ("", &flat), ("largest=0,smallest=0", &land)] {
+        assert!(warned(changes, land).is_empty(), "{changes}");
+    }
 }
