@@ -100,9 +100,15 @@ impl Room {
         self.clear(&streams.grid, mouth.cell, (FARTHEST * radius).ceil() as i32);
         let height = |(cell, _): OnStream| f64::from(streams.level_m[cell as usize]);
         let stream = upstream(streams, mouth.cell, FARTHEST_APEX * radius);
+        // the surface of the last fan that was not too large
+        let mut kept = Surface::new();
         let mut is_large = |(_, apex): OnStream, top_m: f64| {
             job.check()?;
-            Ok::<_, NodeError>(self.spread(&streams.grid, land, mouth, cell_m, (apex, top_m), most) >= most)
+            let is_large = self.spread(&streams.grid, land, mouth, cell_m, (apex, top_m), most) >= most;
+            if !is_large {
+                std::mem::swap(&mut kept, &mut self.surface);
+            }
+            Ok::<_, NodeError>(is_large)
         };
         if is_large(stream[0], height(stream[0]))? {
             return Ok(None);
@@ -138,8 +144,7 @@ impl Room {
                 low_m = middle_m;
             }
         }
-        is_large(apex, low_m)?;
-        Ok(Some(std::mem::take(&mut self.surface)))
+        Ok(Some(kept))
     }
 
     /// Prepares the surroundings of another mouth.
