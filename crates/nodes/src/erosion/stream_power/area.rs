@@ -1,5 +1,7 @@
 //! Drainage area, weighted by rain, and its power in the law.
 
+use std::ops::Range;
+
 use super::incision::Law;
 use crate::{
     numerics::{
@@ -187,6 +189,43 @@ impl<'a> Area<'a> {
         self.headwater_m2
     }
 
+    /// How soaked the ground of some cells is, from 0 to 1: half where `soaked_m2` drains, times A₀ᵐ over its mean.
+    pub fn wetness(&self, soaked_m2: f64, cells: Range<usize>, wetness: &mut [f32]) {
+        let soaked = (soaked_m2 / self.cell_m2) as f32;
+        let less = match self.scheme {
+            Scheme::SingleGrid => 0.0,
+            Scheme::Level => 0.5,
+        };
+        match &self.drained {
+            Drained::Cells(drained) => {
+                let drained = &drained[cells.clone()];
+                wetness.iter_mut().zip(drained).for_each(|(wetness, drained)| *wetness = *drained as f32);
+            }
+            Drained::Rain { sums, .. } => {
+                let sums = &sums[cells.clone()];
+                wetness.iter_mut().zip(sums).for_each(|(wetness, sum)| *wetness = *sum as f32);
+            }
+        }
+        if let Some(spread) = self.spread.get(cells.clone()) {
+            for (wetness, mean) in wetness.iter_mut().zip(spread) {
+                *wetness = if *mean < self.spread_below { *mean } else { *wetness };
+            }
+        }
+        let roots = self.headwaters.get(cells).unwrap_or_default();
+        let part = |drained: f32, soaked: f32| (drained - less).max(0.0) / (drained + soaked);
+        if roots.is_empty() {
+            wetness.iter_mut().for_each(|wetness| *wetness = part(*wetness, soaked));
+        } else {
+            wetness.iter_mut().zip(roots).for_each(|(wetness, root)| *wetness = part(*wetness, soaked * root * root));
+        }
+    }
+
+    /// An area of which so many cells drain through each cell.
+    #[cfg(test)]
+    pub fn with_drained(self, cells: Vec<u32>) -> Self {
+        Self { drained: Drained::Cells(cells), ..self }
+    }
+
     /// Overrides of the drainage area in m², at first 0: they apply where they are larger than the cell's own area.
     pub fn widened(&mut self) -> &mut [f32] {
         self.widened.clear();
@@ -345,6 +384,38 @@ mod tests {
                 assert_eq!([0, 1, 2].map(|cell| rivers.has(cell)), [0, 1, 2].map(|cell| area.m2(cell) >= least_m2));
             }
         }
+    }
+
+    /// Half of the ground is soaked where the given area drains, in proportion to A₀ᵐ where A₀ varies.
+    #[test]
+    fn ground_is_soaked_where_much_drains() {
+        let heads = Heads { critical_m2: 0.0, headwater_m2: 1e4, m: 0.5 };
+        let area = |scheme: Scheme| {
+            let area = Area::new(&Law::new(1.0), 4, Lane::Constant(1.0), 100.0, heads, scheme);
+            area.with_drained(vec![1, 9, 81, 4_000_000])
+        };
+        let found = |area: &Area<'_>, cells: Range<usize>| {
+            let mut found = vec![0.0; cells.len()];
+            area.wetness(900.0, cells, &mut found);
+            found
+        };
+        assert_eq!(found(&area(Scheme::SingleGrid), 0..3), [0.1, 0.5, 0.9]);
+        assert!(found(&area(Scheme::SingleGrid), 3..4)[0] > 0.999_99);
+        assert_eq!(found(&area(Scheme::Level), 0..2), [0.05, 8.5 / 18.0]);
+        let mut varied = area(Scheme::SingleGrid);
+        // (A₀ / mean)ᵐ is 9 in the second cell
+        varied.vary_headwaters(9.0_f64.ln() / 0.5 / 2.0, vec![0.0, 2.0, 0.0, 0.0]);
+        let found = found(&varied, 0..3);
+        // 1e-6: the root of A₀ᵐ is kept in single precision
+        assert!((found[1] - 0.1).abs() < 1e-6 && found[0] == 0.1 && found[2] == 0.9, "{found:?}");
+        // the mean of the last steps counts in headwaters
+        let mut spread = area(Scheme::SingleGrid);
+        spread.spread();
+        spread = spread.with_drained(vec![11, 9, 81, 4_000_000]);
+        spread.spread();
+        let mut wetness = [0.0; 2];
+        spread.wetness(900.0, 0..2, &mut wetness);
+        assert!((wetness[0] - 2.5 / 11.5).abs() < 1e-6 && wetness[1] == 0.5, "{wetness:?}");
     }
 
     /// Where A₀ is four times its mean, the law is (√A + 2 √A₀) / √2 of it, for any exponent n.

@@ -22,6 +22,7 @@ use super::{
     links::Links,
     rock::Rock,
     slides::{self, KnollHeights},
+    steepest::{Repose, Steepest},
     tectonics::Tectonics,
     winding::Winding,
 };
@@ -155,45 +156,6 @@ pub struct Work {
     pub flux: Option<Vec<f64>>,
 }
 
-/// The steepest drop over a distance of 1.
-pub enum Steepest {
-    Everywhere(f64),
-    Each(Vec<f32>),
-}
-
-impl Steepest {
-    #[inline(always)]
-    fn at(&self, cell: usize) -> f64 {
-        match self {
-            Self::Everywhere(slope) => *slope,
-            Self::Each(slopes) => f64::from(slopes[cell]),
-        }
-    }
-
-    /// The steepest drops over `length_m` of cells in a row, from the first on.
-    pub fn drops(&self, first: usize, length_m: f64, drops_m: &mut [f64]) {
-        match self {
-            Self::Everywhere(slope) => drops_m.fill(slope * length_m),
-            Self::Each(slopes) => {
-                let slopes = &slopes[first..first + drops_m.len()];
-                drops_m.iter_mut().zip(slopes).for_each(|(drop_m, slope)| *drop_m = f64::from(*slope) * length_m);
-            }
-        }
-    }
-
-    /// The mean of all cells where slopes are limited; 0 if they are nowhere.
-    fn mean(&self) -> f64 {
-        match self {
-            Self::Everywhere(slope) => *slope,
-            Self::Each(slopes) => {
-                let finite = slopes.iter().map(|slope| f64::from(*slope)).filter(|slope| slope.is_finite());
-                let (sum, count) = finite.fold((0.0, 0_u32), |(sum, count), slope| (sum + slope, count + 1));
-                if count > 0 { sum / f64::from(count) } else { 0.0 }
-            }
-        }
-    }
-}
-
 /// What a land is computed on; by default a single grid.
 #[derive(Debug, Default)]
 pub struct Footing {
@@ -236,12 +198,12 @@ impl<'a> Land<'a> {
         // creep that keeps pace with the headwaters over some cells, whatever the cells are
         let weakness = bedrock.as_ref().map_or(1.0, Bedrock::mean_weakness);
         let least_diffusivity = params.rounding * rock.mean(cells) * weakness * heads.power() * cell_m;
-        let steepest = match (varied, inputs.repose) {
-            (Some(tangents), _) => Steepest::Each(tangents),
+        let repose = match (varied, inputs.repose) {
+            (Some(tangents), _) => Repose::Each(tangents),
             // looked up at each step
-            (None, _) if bedrock.is_some() => Steepest::Each(zeroed(cells)?),
-            (None, Lane::Constant(degrees)) => Steepest::Everywhere(tangent(degrees)),
-            (None, Lane::Samples(degrees)) => Steepest::Each(par::map_of(degrees, |&degrees| tangent(degrees) as f32)),
+            (None, _) if bedrock.is_some() => Repose::Each(zeroed(cells)?),
+            (None, Lane::Constant(degrees)) => Repose::Everywhere(tangent(degrees)),
+            (None, Lane::Samples(degrees)) => Repose::Each(par::map_of(degrees, |&degrees| tangent(degrees) as f32)),
         };
         let mut area = Area::new(&law, cells, inputs.rain, cell_m * cell_m, heads, scheme);
         if params.headwater_variation > 0.0 && params.headwater_area > 0.0 {
@@ -263,7 +225,7 @@ impl<'a> Land<'a> {
             winding,
             ground: Ground::new(job, params, footing.goes_on)?,
             bedrock,
-            steepest,
+            steepest: Steepest::new(repose, params.gullies),
             mean_steepest: None,
             hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope)
                 .at_least(least_diffusivity)
@@ -332,8 +294,7 @@ impl<'a> Land<'a> {
     fn cut(&mut self, job: &Job<'_>, step_yr: f64, step: u32, asked: Asked) -> Result<Work, NodeError> {
         self.look_up();
         self.route(job, Some(step))?;
-        self.area.spread();
-        self.widen(job)?;
+        self.wet(job)?;
         let Some(mut sediment) = self.sediment.take() else {
             let before = asked.any().then(|| copied(&self.heights)).transpose()?;
             self.erode(job, step_yr)?;
@@ -375,17 +336,24 @@ impl<'a> Land<'a> {
         Ok(Work { lowered: lowered.filter(|_| asked.lowered), flux: asked.flux.then_some(flux) })
     }
 
+    /// Takes in the drainage areas of the last routing: what cuts floors and headwaters, and where ground is soaked.
+    fn wet(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
+        self.area.spread();
+        self.widen(job)?;
+        self.steepest.soak(job, &self.grid, &self.area)
+    }
+
     /// Looks up the layers at the surface.
     fn look_up(&mut self) {
-        if let (Some(bedrock), Steepest::Each(steepest)) = (&mut self.bedrock, &mut self.steepest) {
-            bedrock.look_up(self.tectonics.risen_yr(self.time_yr), &self.heights, steepest);
+        if let (Some(bedrock), Some(repose)) = (&mut self.bedrock, self.steepest.each()) {
+            bedrock.look_up(self.tectonics.risen_yr(self.time_yr), &self.heights, repose);
             self.mean_steepest = None;
         }
     }
 
     /// Lets slopes give way that are steeper than repose.
     fn slide(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
-        if matches!(self.steepest, Steepest::Everywhere(f64::INFINITY)) {
+        if !self.steepest.is_limited() {
             return Ok(());
         }
         let mut heights = std::mem::take(&mut self.heights);

@@ -223,7 +223,8 @@ fn hillslopes_have_many_lengths() {
     const SIDE: usize = 320;
     const TILE: usize = 40;
     let [one, many] = ["0", "1.5"].map(|variation| {
-        let changes = format!("variation_size=3e3,headwater_variation={variation}");
+        // gullies bend slopes of every length
+        let changes = format!("variation_size=3e3,gullies=0,headwater_variation={variation}");
         let heights = output_on(SIDE, CELL_M, &changes, "height");
         let at = |x: usize, y: usize| f64::from(heights[y * SIDE + x]);
         let bent =
@@ -246,7 +247,8 @@ fn hillslopes_have_many_lengths() {
 /// much more than the others. With slides by the direction of flow, the 99.9th percentile was 9.0 medians instead of 7.8.
 /// Ribs smooth most of the ground and leave its edges, which lie along rows and columns no more than along diagonals: the
 /// percentile is 1.03 times as large across them, without ribs 1.05 times. Both bounds belong to this terrain: a sharp
-/// crest that happens to lie along a row counts up to 1.4 times as much as one along a diagonal.
+/// crest that happens to lie along a row counts up to 1.4 times as much as one along a diagonal. Gullies, whose beds and
+/// spurs are bends too, lie along rows and columns no more than along diagonals either.
 #[test]
 fn steep_rough_ground_has_no_walls_along_rows_or_columns() {
     const CELLS: usize = 256;
@@ -268,10 +270,43 @@ fn steep_rough_ground_has_no_walls_along_rows_or_columns() {
             [0.5, 0.999].map(|part| all[(part * all.len() as f64) as usize])
         })
     };
-    let [[[median, most], [_, most_diagonal]], [[_, ribs], [_, ribs_diagonal]]] = ["ribs=0", "ribs=0.7"]
-        .map(|ribs| bent(&format!("headwater_variation=1.5,roughness=0.22,rounding=0.05,variation_size=3e3,{ribs}")));
+    let old = "headwater_variation=1.5,roughness=0.22,rounding=0.05,variation_size=3e3";
+    let [[[median, most], [_, most_diagonal]], [[_, ribs], [_, ribs_diagonal]], [[_, gullies], [_, gullies_diagonal]]] =
+        ["gullies=0,ribs=0", "gullies=0,ribs=0.7", "gullies=0.3,ribs=0.7"]
+            .map(|changes| bent(&format!("{old},{changes}")));
     assert!(most < 8.2 * median, "{most} {median}");
     assert!(most < 1.1 * most_diagonal && ribs < 1.1 * ribs_diagonal, "{most} {most_diagonal} {ribs} {ribs_diagonal}");
+    assert!(gullies < 1.1 * gullies_diagonal, "{gullies} {gullies_diagonal}");
+}
+
+/// Hollows of steep slopes, where water gathers, stand less steep than the ground between them.
+#[test]
+fn gullies_cut_steep_slopes() {
+    const SIDE: usize = 256;
+    const CELL_M: f64 = 30.0;
+    let found = [0.0, 0.15, 0.3].map(|gullies| {
+        let changes = format!("headwater_area=2e5,gullies={gullies}");
+        let [heights, areas] = ["height", "area"].map(|name| output_on(SIDE, CELL_M, &changes, name));
+        let at = |x: usize, y: usize| f64::from(heights[y * SIDE + x]);
+        let inner = || 1..SIDE - 1;
+        let (mut dry, mut soaked) = (Vec::new(), Vec::new());
+        for (x, y) in inner().flat_map(|y| inner().map(move |x| (x, y))) {
+            let slope = math::hypot(at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1)) / (2.0 * CELL_M);
+            let area_m2 = f64::from(areas[y * SIDE + x]);
+            // single cells, and hollows that drain less than a river
+            if area_m2 < 2.0 * CELL_M * CELL_M {
+                dry.push(slope);
+            } else if (2e4..1e5).contains(&area_m2) {
+                soaked.push(slope);
+            }
+        }
+        let median = |slopes: &mut Vec<f64>| {
+            slopes.sort_unstable_by(f64::total_cmp);
+            slopes[slopes.len() / 2]
+        };
+        median(&mut soaked) / median(&mut dry)
+    });
+    assert!(found[1] < 0.97 * found[0] && found[2] < 0.97 * found[1], "{found:?}");
 }
 
 /// Beds that differ from cell to cell bend rivers, and relief stays the same. Channels of real models go on in the

@@ -28,6 +28,7 @@ mod look_tests;
 mod memory;
 mod rock;
 mod slides;
+mod steepest;
 mod tectonics;
 #[cfg(test)]
 mod tests;
@@ -112,6 +113,11 @@ params! {
     roughness_variation: f64 = 0.0, One, 0.0..=2.0, soft 0..=1, given headwater_area, given roughness;
     /// How far knolls and hollows are drawn out into ribs and chutes down a slope, to either side in wavelengths.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2, given headwater_area, given roughness;
+    /// How deep gullies cut into the steepest slopes: by this part of `repose` spurs stand steeper, soaked hollows less.
+    ///
+    /// Water gathers in hollows, where ground stands less steep, so that they drain more and deepen. Half of the effect
+    /// is reached where a fiftieth of `headwater_area` drains.
+    gullies: f64 = 0.3, One, 0.0..=0.9, soft 0..=0.6, given headwater_area;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
     rounding: f64 = 0.08, One, 0.0..=100.0, soft 0..=0.5;
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.
@@ -203,7 +209,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 14,
+    version: 15,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -252,6 +258,8 @@ pub static NODE: Node = Node {
         Migration { from: 12, steps: &[Step::Keep { name: "valley_variation", value: "0" }] },
         // short runs take more steps, `method: analytical` agrees between cells, margins are equally wide on all cells
         Migration { from: 13, steps: &[] },
+        // gullies in steep slopes
+        Migration { from: 14, steps: &[Step::Keep { name: "gullies", value: "0" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
@@ -282,6 +290,8 @@ pub static NODE: Node = Node {
         "W. E. H. Culling (1960), Analytical theory of erosion, Journal of Geology 68, 336-344",
         "J. J. Roering, J. W. Kirchner and W. E. Dietrich (1999), Evidence for nonlinear, diffusive sediment transport on \
          hillslopes and implications for landscape morphology, Water Resources Research 35, 853-870",
+        "D. R. Montgomery and W. E. Dietrich (1994), A physically based model for the topographic control on shallow \
+         landsliding, Water Resources Research 30, 1153-1171",
         "B. Cabral and L. C. Leedom (1993), Imaging vector fields using line integral convolution, SIGGRAPH '93, 263-270",
         "E. Rouy and A. Tourin (1992), A viscosity solutions approach to shape-from-shading, SIAM Journal on Numerical \
          Analysis 29, 867-884",

@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use orograph_graph::{Job, NodeError};
 
-use super::land::Steepest;
+use super::steepest::Steepest;
 use crate::numerics::{
     par,
     routing::{Grid, Outlet},

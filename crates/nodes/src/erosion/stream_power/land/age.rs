@@ -49,8 +49,7 @@ impl Land<'_> {
     ) -> Result<(), NodeError> {
         let age_yr = end_yr - begin_yr;
         self.route(job, Some(round))?;
-        self.area.spread();
-        self.widen(job)?;
+        self.wet(job)?;
         self.time_yr = end_yr;
         let mut heights = std::mem::take(&mut self.heights);
         let grown = self.heights_at(job, start, age_yr, &mut heights);
