@@ -146,7 +146,7 @@ fn valleys_have_the_form_of_what_cut_them() {
 }
 
 /// A short run on a real model keeps the model: 100 kyr on levels and on a single grid differ by less than a tenth of what
-/// they erode.
+/// they erode, with gullies by less than 13 %.
 #[test]
 fn short_runs_on_levels_change_a_model_as_single_grids_do() {
     let heights = |sides: &str, changes: &str, schedule: &str| -> Vec<f64> {
@@ -164,13 +164,19 @@ fn short_runs_on_levels_change_a_model_as_single_grids_do() {
         before.iter().zip(after).map(|(before, after)| f64::from(*after) - f64::from(*before) - 100.0).collect()
     };
     let size = |heights: &mut dyn Iterator<Item = f64>| heights.map(|height| height * height).sum::<f64>().sqrt();
-    for (sides, changes) in [("open", "roughness: 0, winding: 0,"), ("open", ""), ("inland", "")] {
+    for (sides, changes, most) in [
+        ("open", "gullies: 0, roughness: 0, winding: 0,", 0.1),
+        ("open", "gullies: 0,", 0.1),
+        ("inland", "gullies: 0,", 0.1),
+        // on the coarsest level, the cells are larger than gullies
+        ("inland", "", 0.13),
+    ] {
         let [levels, single] = ["coarse_to_fine", "full"].map(|schedule| heights(sides, changes, schedule));
         let apart = size(&mut levels.iter().zip(&single).map(|(levels, single)| levels - single));
         let ratio = apart / size(&mut single.iter().copied());
         println!("{sides} {changes} {ratio:.3}");
         // levels take other steps than the single grid
-        assert!((0.01..0.1).contains(&ratio), "{sides} {changes} {ratio}");
+        assert!((0.01..most).contains(&ratio), "{sides} {changes} {ratio}");
     }
 }
 

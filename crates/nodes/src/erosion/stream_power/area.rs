@@ -404,7 +404,7 @@ mod tests {
         assert_eq!(found(&area(Scheme::Level), 0..2), [0.05, 8.5 / 18.0]);
         let mut varied = area(Scheme::SingleGrid);
         // (A₀ / mean)ᵐ is 9 in the second cell
-        varied.vary_headwaters(9.0_f64.ln() / 0.5 / 2.0, vec![0.0, 2.0, 0.0, 0.0]);
+        varied.vary_headwaters(math::ln(9.0), vec![0.0, 2.0, 0.0, 0.0]);
         let found = found(&varied, 0..3);
         // 1e-6: the root of A₀ᵐ is kept in single precision
         assert!((found[1] - 0.1).abs() < 1e-6 && found[0] == 0.1 && found[2] == 0.9, "{found:?}");
