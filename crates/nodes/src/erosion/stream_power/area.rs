@@ -6,7 +6,7 @@ use super::incision::Law;
 use crate::{
     numerics::{
         math, par,
-        routing::{Drainage, Grid},
+        routing::{Drainage, Grid, code},
     },
     prelude::*,
 };
@@ -189,13 +189,10 @@ impl<'a> Area<'a> {
         self.headwater_m2
     }
 
-    /// How soaked the ground of some cells is, from 0 to 1: half where `soaked_m2` drains, times A₀ᵐ over its mean.
-    pub fn wetness(&self, soaked_m2: f64, cells: Range<usize>, wetness: &mut [f32]) {
-        let soaked = (soaked_m2 / self.cell_m2) as f32;
-        let less = match self.scheme {
-            Scheme::SingleGrid => 0.0,
-            Scheme::Level => 0.5,
-        };
+    /// What drains through some cells per metre of their contours, at most `most` times what soaks half of the ground:
+    /// `soaked_m2` through a cell whose water leaves along a row or a column, times A₀ᵐ over its mean.
+    pub fn wetness(&self, soaked_m2: f64, most: f32, codes: &[u8], cells: Range<usize>, wetness: &mut [f32]) {
+        let (soaked, less) = (self.cells_of(soaked_m2), self.less());
         match &self.drained {
             Drained::Cells(drained) => {
                 let drained = &drained[cells.clone()];
@@ -211,12 +208,33 @@ impl<'a> Area<'a> {
                 *wetness = if *mean < self.spread_below { *mean } else { *wetness };
             }
         }
-        let roots = self.headwaters.get(cells).unwrap_or_default();
-        let part = |drained: f32, soaked: f32| (drained - less).max(0.0) / (drained + soaked);
-        if roots.is_empty() {
-            wetness.iter_mut().for_each(|wetness| *wetness = part(*wetness, soaked));
+        if let Some(roots) = self.headwaters.get(cells.clone()) {
+            let share = |(wetness, root): (&mut f32, &f32)| *wetness = (*wetness - less) / (soaked * root * root);
+            wetness.iter_mut().zip(roots).for_each(share);
         } else {
-            wetness.iter_mut().zip(roots).for_each(|(wetness, root)| *wetness = part(*wetness, soaked * root * root));
+            wetness.iter_mut().for_each(|wetness| *wetness = (*wetness - less) / soaked);
+        }
+        for (wetness, code) in wetness.iter_mut().zip(&codes[cells]) {
+            *wetness = wetness.clamp(0.0, most) * code::length(*code) as f32;
+        }
+    }
+
+    /// The share of the ground that is soaked with so much of [`Self::wetness`], as a function of its own.
+    #[must_use]
+    pub fn soaked(&self, soaked_m2: f64) -> impl Fn(f32) -> f32 + use<> {
+        let dry = 1.0 + self.less() / self.cells_of(soaked_m2);
+        move |wetness| wetness / (wetness + dry)
+    }
+
+    fn cells_of(&self, area_m2: f64) -> f32 {
+        (area_m2 / self.cell_m2) as f32
+    }
+
+    /// By how many cells less than drain through a cell count.
+    const fn less(&self) -> f32 {
+        match self.scheme {
+            Scheme::SingleGrid => 0.0,
+            Scheme::Level => 0.5,
         }
     }
 
@@ -386,7 +404,8 @@ mod tests {
         }
     }
 
-    /// Half of the ground is soaked where the given area drains, in proportion to A₀ᵐ where A₀ varies.
+    /// Half of the ground is soaked where the given area drains, in proportion to A₀ᵐ where A₀ varies, and along a
+    /// diagonal, where fewer cells drain through a cell, with less.
     #[test]
     fn ground_is_soaked_where_much_drains() {
         let heads = Heads { critical_m2: 0.0, headwater_m2: 1e4, m: 0.5 };
@@ -394,28 +413,36 @@ mod tests {
             let area = Area::new(&Law::new(1.0), 4, Lane::Constant(1.0), 100.0, heads, scheme);
             area.with_drained(vec![1, 9, 81, 4_000_000])
         };
-        let found = |area: &Area<'_>, cells: Range<usize>| {
-            let mut found = vec![0.0; cells.len()];
-            area.wetness(900.0, cells, &mut found);
+        let straight = [0_u8; 4];
+        let found = |area: &Area<'_>, codes: &[u8]| {
+            let mut found = [0.0; 4];
+            area.wetness(900.0, 20.0, codes, 0..4, &mut found);
             found
         };
-        assert_eq!(found(&area(Scheme::SingleGrid), 0..3), [0.1, 0.5, 0.9]);
-        assert!(found(&area(Scheme::SingleGrid), 3..4)[0] > 0.999_99);
-        assert_eq!(found(&area(Scheme::Level), 0..2), [0.05, 8.5 / 18.0]);
+        let single = area(Scheme::SingleGrid);
+        assert_eq!(found(&single, &straight), [1.0 / 9.0, 1.0, 9.0, 20.0]);
+        for (wetness, expected) in [(1.0 / 9.0, 0.1), (1.0, 0.5), (9.0, 0.9)] {
+            assert!((single.soaked(900.0)(wetness) - expected).abs() < 1e-7, "{wetness}");
+        }
+        // half a cell less of what drains, and of the whole
+        let level = area(Scheme::Level);
+        assert_eq!(found(&level, &straight)[..2], [0.5 / 9.0, 8.5 / 9.0]);
+        assert!((level.soaked(900.0)(8.5 / 9.0) - 8.5 / 18.0).abs() < 1e-7);
+        let diagonal = (0..8).find(|direction| code::is_diagonal(*direction)).expect("a diagonal") as u8;
+        assert_eq!(found(&single, &[diagonal; 4])[1], std::f32::consts::SQRT_2);
         let mut varied = area(Scheme::SingleGrid);
         // (A₀ / mean)ᵐ is 9 in the second cell
         varied.vary_headwaters(math::ln(9.0), vec![0.0, 2.0, 0.0, 0.0]);
-        let found = found(&varied, 0..3);
+        let wetness = found(&varied, &straight);
         // 1e-6: the root of A₀ᵐ is kept in single precision
-        assert!((found[1] - 0.1).abs() < 1e-6 && found[0] == 0.1 && found[2] == 0.9, "{found:?}");
-        // the mean of the last steps counts in headwaters
+        assert!((wetness[1] - 1.0 / 9.0).abs() < 1e-6 && wetness[2] == 9.0, "{wetness:?}");
+        // the mean of the last steps counts in headwaters: 1, then 0.15 of the way to 11
         let mut spread = area(Scheme::SingleGrid);
         spread.spread();
         spread = spread.with_drained(vec![11, 9, 81, 4_000_000]);
         spread.spread();
-        let mut wetness = [0.0; 2];
-        spread.wetness(900.0, 0..2, &mut wetness);
-        assert!((wetness[0] - 2.5 / 11.5).abs() < 1e-6 && wetness[1] == 0.5, "{wetness:?}");
+        let wetness = found(&spread, &straight);
+        assert!((wetness[0] - 2.5 / 9.0).abs() < 1e-6 && wetness[1] == 1.0, "{wetness:?}");
     }
 
     /// Where A₀ is four times its mean, the law is (√A + 2 √A₀) / √2 of it, for any exponent n.

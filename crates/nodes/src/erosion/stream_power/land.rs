@@ -340,7 +340,7 @@ impl<'a> Land<'a> {
     fn wet(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
         self.area.spread();
         self.widen(job)?;
-        self.steepest.soak(job, &self.grid, &self.area)
+        self.steepest.soak(job, &self.grid, &self.codes, &self.area)
     }
 
     /// Looks up the layers at the surface.

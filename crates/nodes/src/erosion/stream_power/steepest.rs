@@ -4,7 +4,11 @@
 //! part of the weight of soaked ground, so that ground fails at a smaller slope where water gathers, tan φ (1 − w W) with
 //! the saturated share W of the soil (Montgomery and Dietrich 1994). Hollows of steep slopes then stand less steep than
 //! the spurs between them, drain more for it, and become gullies. W = A / (A + Aₛ) is smooth here, and Aₛ is a share of A₀
-//! that varies as A₀ᵐ does. W is blurred over the neighbouring cells, so that gullies prefer no direction of the grid.
+//! that varies as A₀ᵐ does.
+//!
+//! Gullies prefer no direction of the grid: A is blurred over the neighbouring cells, and counts times the length of the
+//! link to the receiver in cells, for along a diagonal there are fewer cells to drain through a cell, and fewer cells of
+//! a gully.
 
 use orograph_graph::{Job, NodeError, memory::zeroed};
 
@@ -13,6 +17,8 @@ use crate::numerics::{par, routing::Grid};
 
 /// The area at which half of the ground is soaked, as a share of A₀.
 const SOAKED: f64 = 0.02;
+/// More water than so many times what soaks half of the ground makes no wider hollow.
+const MOST: f32 = 8.0;
 /// Rows of a strip.
 const STRIP_ROWS: usize = 64;
 /// The weights of neighbours along a row and a column.
@@ -99,7 +105,7 @@ impl Steepest {
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn soak(&mut self, job: &Job<'_>, grid: &Grid, area: &Area<'_>) -> Result<(), NodeError> {
+    pub fn soak(&mut self, job: &Job<'_>, grid: &Grid, codes: &[u8], area: &Area<'_>) -> Result<(), NodeError> {
         let soaked_m2 = SOAKED * area.headwater_m2();
         if self.gullies <= 0.0 || soaked_m2 <= 0.0 || !self.is_limited() {
             return Ok(());
@@ -107,7 +113,7 @@ impl Steepest {
         if self.factors.is_empty() {
             self.factors = zeroed(grid.nx * grid.ny)?;
         }
-        let (nx, gullies) = (grid.nx, self.gullies as f32);
+        let (nx, gullies, soaked) = (grid.nx, self.gullies as f32, area.soaked(soaked_m2));
         let strips = self.factors.chunks_mut(STRIP_ROWS * nx);
         let room = || (vec![0.0; nx + 2 * REACH], vec![0.0; WEIGHTS.len() * nx]);
         par::each_with(strips, room, |(padded, blurred), strip, factors| {
@@ -117,7 +123,7 @@ impl Steepest {
             // row k of the strip and of its neighbours lies in place k modulo the number of weights
             for k in 0..rows + 2 * REACH {
                 let y = row_beside(grid, first, k as isize - REACH as isize);
-                area.wetness(soaked_m2, y * nx..(y + 1) * nx, &mut padded[REACH..REACH + nx]);
+                area.wetness(soaked_m2, MOST, codes, y * nx..(y + 1) * nx, &mut padded[REACH..REACH + nx]);
                 continue_sides(grid, padded);
                 let place = k % WEIGHTS.len();
                 blur(padded, &mut blurred[place * nx..(place + 1) * nx]);
@@ -131,7 +137,7 @@ impl Steepest {
                 for x in 0..nx {
                     let near = WEIGHTS[1] * (b[x] + d[x]);
                     let wetness = WEIGHTS[0] * (a[x] + e[x]) + near + WEIGHTS[2] * c[x];
-                    factors[x] = 1.0 + gullies * (1.0 - 2.0 * wetness);
+                    factors[x] = 1.0 + gullies * (1.0 - 2.0 * soaked(wetness));
                 }
             }
             Ok(())
@@ -199,7 +205,7 @@ mod tests {
         let mut steepest = Steepest::new(Repose::Everywhere(2.0), 0.4);
         testing::with_job(Window::whole(world), |job| {
             let grid = Grid::new(&job.window()).expect("a grid");
-            steepest.soak(job, &grid, &area.with_drained(cells)).expect("not cancelled");
+            steepest.soak(job, &grid, &[0; SIDE * SIDE], &area.with_drained(cells)).expect("not cancelled");
         });
         let mut drops = vec![0.0; SIDE];
         (0..SIDE)
@@ -253,7 +259,7 @@ mod tests {
             let mut steepest = Steepest::new(Repose::Everywhere(slope), gullies);
             testing::with_job(Window::whole(world), |job| {
                 let grid = Grid::new(&job.window()).expect("a grid");
-                steepest.soak(job, &grid, &area.with_drained(vec![9; 16])).expect("not cancelled");
+                steepest.soak(job, &grid, &[0; 16], &area.with_drained(vec![9; 16])).expect("not cancelled");
             });
             assert!(steepest.factors.is_empty() && steepest.at(3) == slope);
         }
