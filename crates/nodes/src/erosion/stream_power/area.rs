@@ -220,7 +220,6 @@ impl<'a> Area<'a> {
     }
 
     /// The share of the ground that is soaked with so much of [`Self::wetness`], as a function of its own.
-    #[must_use]
     pub fn soaked(&self, soaked_m2: f64) -> impl Fn(f32) -> f32 + use<> {
         let dry = 1.0 + self.less() / self.cells_of(soaked_m2);
         move |wetness| wetness / (wetness + dry)
