@@ -1,23 +1,23 @@
 //! The graph files of the program: each is in canonical form, has no problems, builds, and gives the same bytes on one
 //! and on two threads.
 
-use std::{num::NonZero, path::PathBuf};
+use std::{num::NonZero, ops::RangeInclusive, path::PathBuf};
 
 use orograph::report::measure::measure;
 use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Field, Port, Value, Window, World, format_source};
 use orograph_nodes::registry;
 use orograph_tests::{Look, root, validation_hash};
 
-/// Graphs with mountains, and the minimum cells along the world's longer side that resolve their slopes. The Alps have
-/// their own test.
+/// Graphs with mountains, and cells along the world's longer side that resolve their slopes. The Alps have their own
+/// test.
 const SMALL: [(&str, f64); 7] = [
-    ("hello", 240.0),
-    ("ridge", 240.0),
-    ("two_ranges", 320.0),
-    ("ridges", 256.0),
-    ("belts", 200.0),
-    ("carve_dem", 256.0),
-    ("fault", 400.0),
+    ("hello", 300.0),
+    ("ridge", 300.0),
+    ("two_ranges", 400.0),
+    ("ridges", 546.0),
+    ("belts", 400.0),
+    ("carve_dem", 512.0),
+    ("fault", 500.0),
 ];
 
 fn folder() -> PathBuf {
@@ -77,15 +77,38 @@ fn land(graph: &str, longer: f64) -> Field {
     build(&document, longer, 2)[at].as_field().expect("heights").clone()
 }
 
-/// Mountains do not look like folded paper: slopes have many angles, and there are no planes. Worlds are small enough
-/// for a test; cells are at most 100 m.
+/// Measures of drainage and of small forms, and the windows of real mountains.
+const FORMS: [(&str, RangeInclusive<f64>); 7] = [
+    ("roughness.laplacian_skew", -1.0..=1.0),
+    ("concavity", 0.3..=0.6),
+    ("hack_exponent", 0.48..=0.6),
+    ("border.comb", 0.0..=0.25),
+    ("pits.deeper_than_1_m", 0.0..=0.05),
+    ("valleys.exponent", 1.15..=2.0),
+    ("valleys.floor", 0.12..=0.5),
+];
+
+/// The measures of a terrain that are outside the windows.
+fn forms_outside(land: &Field) -> Vec<String> {
+    let report = measure(land, &registry(), &Cancel::default()).expect("measures");
+    let outside = |(name, window): &(&str, RangeInclusive<f64>)| {
+        let value = report.get(name).expect("a measure");
+        (!window.contains(&value)).then(|| format!("{name} is {value:.3}, not in {window:?}"))
+    };
+    FORMS.iter().filter_map(outside).collect()
+}
+
+/// Mountains do not look like folded paper: slopes have many angles, there are no planes, and valleys have the form, the
+/// length and the profile of real ones. Cells are at most 100 m.
 #[test]
-fn mountains_have_slopes_of_many_angles() {
+fn mountains_have_slopes_of_many_angles_and_real_valleys() {
     let mut faults = Vec::new();
     for (graph, cells) in SMALL {
-        let look = Look::of(&land(graph, cells)).expect("slopes");
+        let land = land(graph, cells);
+        let look = Look::of(&land).expect("slopes");
         println!("{graph}: {look:.3?}");
         faults.extend(look.faults().map(|fault| format!("{graph}: {fault}")));
+        faults.extend(forms_outside(&land).into_iter().map(|fault| format!("{graph}: {fault}")));
     }
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
@@ -95,6 +118,7 @@ fn mountains_have_slopes_of_many_angles() {
 fn the_alps_are_alpine() {
     let land = land("alps", 750.0);
     assert_eq!(Look::of(&land).expect("slopes").faults(), None);
+    assert_eq!(forms_outside(&land), [""; 0]);
     let height = |x: usize, y: usize| f64::from(land.samples()[y * 750 + x]);
     let middle = || (188..562).flat_map(|y| (188..562).map(move |x| (x, y)));
     let heights: Vec<f64> = middle().map(|(x, y)| height(x, y)).collect();
@@ -153,7 +177,7 @@ fn short_runs_on_levels_change_a_model_as_single_grids_do() {
         let source = format!(
             "(format: 1, world: (size: (15360, 15360), cells: (256, 256), seed: 5, boundary: {sides}), nodes: {{
                 \"today\": Import(file: \"data/bigtujunga_512_30m.tif\"),
-                \"rivers\": StreamPower(version: 15, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
+                \"rivers\": StreamPower(version: 16, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
                     {changes} schedule: {schedule}),
             }}, outputs: {{ \"before\": \"today\", \"height\": \"rivers\" }})"
         );

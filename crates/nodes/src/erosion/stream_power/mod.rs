@@ -103,6 +103,8 @@ params! {
     valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
     /// How much the floor widens and narrows along a valley: the standard deviation of the logarithm of its width.
     valley_variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1, given headwater_area, given valley_width;
+    /// How gradually floors of valleys rise to the slopes: 0 for floors that are flat up to a sharp edge.
+    valley_rounding: f64 = 1.0, One, 0.0..=3.0, soft 0..=2, given valley_width;
     /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
     ///
     /// It applies to each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
@@ -209,7 +211,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 15,
+    version: 16,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -260,6 +262,8 @@ pub static NODE: Node = Node {
         Migration { from: 13, steps: &[] },
         // gullies in steep slopes
         Migration { from: 14, steps: &[Step::Keep { name: "gullies", value: "0" }] },
+        // floors that rise to their sides
+        Migration { from: 15, steps: &[Step::Keep { name: "valley_rounding", value: "0" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",

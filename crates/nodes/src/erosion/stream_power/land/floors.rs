@@ -45,6 +45,8 @@ const VARIATION_SLOPE: f64 = 3.5;
 pub struct Floors {
     /// The width in metres of a valley that drains 1 km².
     width_m: f64,
+    /// ρ: how gradually they rise to the slopes.
+    rounding: f64,
     /// A factor of the width.
     variation: Option<Variation>,
 }
@@ -54,7 +56,8 @@ impl Floors {
     #[must_use]
     pub fn new(job: &Job<'_>, params: &Params) -> Self {
         let seed = mix(job.seed() ^ mix(0x5EED_0004));
-        Self::varied(params.valley_width, params.valley_variation, params.headwater_area.sqrt(), seed)
+        let varied = Self::varied(params.valley_width, params.valley_variation, params.headwater_area.sqrt(), seed);
+        Self { rounding: params.valley_rounding, ..varied }
     }
 
     /// Floors whose width varies in proportion to hillslopes of this length.
@@ -64,7 +67,18 @@ impl Floors {
         let waves = Waves { longest_m, spectral_slope: VARIATION_SLOPE, stretch: 1.0, grain: 0.6, seed };
         let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m);
         let most = [f64::from(MOST_DEVIATIONS); 2];
-        Self { width_m, variation: varies.then(|| Variation { deviation, waves: sampler(), most }) }
+        Self { width_m, rounding: 0.0, variation: varies.then(|| Variation { deviation, waves: sampler(), most }) }
+    }
+
+    /// How much wider than a flat floor the disc is, so that the area that counts over it is the same.
+    fn wider(&self) -> f64 {
+        (1.0 + self.rounding).sqrt()
+    }
+
+    /// The part of a river's area that counts where 1 − d² / r² is `inside`.
+    #[inline(always)]
+    fn part(&self, inside: f64) -> f64 {
+        if self.rounding > 0.0 { math::pow(inside, 1.0 + 2.0 * self.rounding) } else { inside }
     }
 
     /// The factor of the width at a position in metres. Its mean is close to one.
@@ -95,7 +109,7 @@ impl Land<'_> {
         let foot_m2 = FOOT_AREAS * self.feet_m2();
         let foot =
             |cells: f64, area_m2: f64| foot_m2.min(area_m2) * (1.0 - (cells / FOOT_CELLS) * (cells / FOOT_CELLS));
-        let codes = &self.codes;
+        let (codes, floors) = (&self.codes, &self.floors);
         let widened = self.area.widened();
         let mut raise = |x: isize, y: isize, area_m2: f64| {
             if (0..nx as isize).contains(&x) && (0..ny as isize).contains(&y) {
@@ -114,7 +128,7 @@ impl Land<'_> {
                     [(x, nx), (y, ny)].map(|(at, count)| (-at).max(-far)..=(count as isize - 1 - at).min(far));
                 for (dx, dy) in down.flat_map(|dy| across.clone().map(move |dx| (dx, dy))) {
                     let square = (dx * dx + dy * dy) as f64;
-                    let counts_m2 = area_m2 * (1.0 - square / rim);
+                    let counts_m2 = area_m2 * floors.part((1.0 - square / rim).max(0.0));
                     raise(x + dx, y + dy, counts_m2.max(foot((square.sqrt() - radius).max(0.0), area_m2)));
                 }
                 continue;
@@ -140,7 +154,7 @@ impl Land<'_> {
         let width_m = self.floors.width_m;
         // below it a floor is narrower than a cell, unless it is 1.6 times as wide as others of its area
         let floor_m2 = 0.3 * REFERENCE_M2 * math::pow(self.cell_m / width_m, 1.0 / POWER);
-        let headwater_m2 = self.feet_m2();
+        let (headwater_m2, wider) = (self.feet_m2(), self.floors.wider());
         let least_m2 = if headwater_m2 > 0.0 { floor_m2.min(LEAST_FOOT_AREAS * headwater_m2) } else { floor_m2 };
         let reach = |cell: usize| -> Option<Reach> {
             let (area_m2, code) = (self.area.m2(cell), self.codes[cell]);
@@ -157,7 +171,7 @@ impl Land<'_> {
             let varied = self.floors.factor(window.centre_m(cell % self.grid.nx, cell / self.grid.nx));
             let width_m = width_m * math::pow(area_m2 / REFERENCE_M2, POWER) * narrowed * softer * varied;
             let radius = 0.5 * width_m / self.cell_m;
-            let radius = if radius >= 0.5 { radius.min(WIDEST_CELLS) } else { 0.0 };
+            let radius = if radius >= 0.5 { (radius * wider).min(WIDEST_CELLS) } else { 0.0 };
             (radius > 0.0 || headwater_m2 > 0.0).then_some((cell as u32, radius as f32, area_m2))
         };
         cells.filter_map(reach).collect()
@@ -167,6 +181,29 @@ impl Land<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The area that counts over a disc is that of a flat floor, however gradually the floor rises; the more it does, the less
+    /// counts in the middle, and the more beyond the width.
+    #[test]
+    fn rounded_floors_count_as_much_as_flat_ones() {
+        const STEP: f64 = 0.01;
+        let squares: Vec<f64> =
+            (-250..=250).flat_map(|y| (-250..=250).map(move |x| f64::from(x * x + y * y) * STEP * STEP)).collect();
+        let mut last = [f64::INFINITY, 0.0];
+        for rounding in [0.0, 0.5, 1.0, 3.0] {
+            let floors = Floors { rounding, ..Floors::varied(25.0, 0.0, 700.0, 3) };
+            let counts = |within: std::ops::Range<f64>| {
+                let square = |square: &&f64| within.contains(&square.sqrt());
+                let part = |square: &f64| floors.part((1.0 - square / floors.wider().powi(2)).max(0.0));
+                STEP * STEP * squares.iter().filter(square).map(part).sum::<f64>()
+            };
+            // half of the disc of a flat floor, of the radius 1; squares of a hundredth of it
+            assert!((counts(0.0..2.5) / (0.5 * std::f64::consts::PI) - 1.0).abs() < 0.01, "{rounding}");
+            let [middle, beyond] = [counts(0.0..0.7), counts(1.0..2.5)];
+            assert!(middle < last[0] && beyond >= last[1], "{rounding}: {middle} {beyond}");
+            last = [middle, beyond];
+        }
+    }
 
     /// Along many valleys the width keeps its mean and has the deviation of the parameter.
     #[test]
