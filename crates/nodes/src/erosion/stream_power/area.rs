@@ -11,6 +11,9 @@ use crate::{
     prelude::*,
 };
 
+/// On levels, this many half cells are added to the area that soaks half of the ground. Otherwise cells as large as gullies
+/// would stand less steep than small ones: by 4 % of the mean slope between 256 and 1024 cells.
+const DRIER: f32 = 3.0;
 /// The drainage area of a reference river.
 pub const REFERENCE_M2: f64 = 1e6;
 
@@ -221,7 +224,7 @@ impl<'a> Area<'a> {
 
     /// The share of the ground that is soaked with so much of [`Self::wetness`], as a function of its own.
     pub fn soaked(&self, soaked_m2: f64) -> impl Fn(f32) -> f32 + use<> {
-        let dry = 1.0 + self.less() / self.cells_of(soaked_m2);
+        let dry = 1.0 + DRIER * self.less() / self.cells_of(soaked_m2);
         move |wetness| wetness / (wetness + dry)
     }
 
@@ -423,10 +426,10 @@ mod tests {
         for (wetness, expected) in [(1.0 / 9.0, 0.1), (1.0, 0.5), (9.0, 0.9)] {
             assert!((single.soaked(900.0)(wetness) - expected).abs() < 1e-7, "{wetness}");
         }
-        // half a cell less of what drains, and of the whole
+        // half a cell less of what drains, and the whole is drier by three times as much
         let level = area(Scheme::Level);
         assert_eq!(found(&level, &straight)[..2], [0.5 / 9.0, 8.5 / 9.0]);
-        assert!((level.soaked(900.0)(8.5 / 9.0) - 8.5 / 18.0).abs() < 1e-7);
+        assert!((level.soaked(900.0)(8.5 / 9.0) - 8.5 / 19.0).abs() < 1e-6);
         let diagonal = (0..8).find(|direction| code::is_diagonal(*direction)).expect("a diagonal") as u8;
         assert_eq!(found(&single, &[diagonal; 4])[1], std::f32::consts::SQRT_2);
         let mut varied = area(Scheme::SingleGrid);

@@ -262,7 +262,7 @@ pub static NODE: Node = Node {
         Migration { from: 13, steps: &[] },
         // gullies in steep slopes
         Migration { from: 14, steps: &[Step::Keep { name: "gullies", value: "0" }] },
-        // floors that rise to their sides
+        // floors that rise to their sides, and gullies that agree better between cells
         Migration { from: 15, steps: &[Step::Keep { name: "valley_rounding", value: "0" }] },
     ],
     category: "erosion",

@@ -194,7 +194,7 @@ mod tests {
             let floors = Floors { rounding, ..Floors::varied(25.0, 0.0, 700.0, 3) };
             let counts = |within: std::ops::Range<f64>| {
                 let square = |square: &&f64| within.contains(&square.sqrt());
-                let part = |square: &f64| floors.part((1.0 - square / floors.wider().powi(2)).max(0.0));
+                let part = |square: &f64| floors.part((1.0 - square / (floors.wider() * floors.wider())).max(0.0));
                 STEP * STEP * squares.iter().filter(square).map(part).sum::<f64>()
             };
             // half of the disc of a flat floor, of the radius 1; squares of a hundredth of it
