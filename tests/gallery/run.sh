@@ -16,6 +16,7 @@ graphs=(
     "glen|A Highland glen|relief|2048|.42 .12"
     "highlands|Moors and glens|-|2048|.35 .35"
     "canyon|A canyon in layered rock|map|2048|.35 .35"
+    "foldbelt|A fold belt|-|2048|.40 .55"
     "badlands|Badlands|colour|2048|.35 .45"
     "basin_and_range|Basins and ranges|colour|2048|.30 .30"
     "hello|A first range|-|2048|.35 .30"

@@ -53,6 +53,7 @@ const EXAMPLES: &[Example] = examples! {
     "painted" "Painted for an engine" output "colour";
     "glen" "A Highland glen" output "relief";
     "canyon" "A canyon in layered rock" output "map";
+    "foldbelt" "A fold belt";
     "two_ranges" "Two ranges from one graph";
     "carve_dem" "A real landscape, eroded further" output "after";
     "fjords" "A fjord coast";
