@@ -53,13 +53,13 @@ const EXAMPLES: &[Example] = examples! {
     "painted" "Painted for an engine" output "colour";
     "glen" "A Highland glen" output "relief";
     "canyon" "A canyon in layered rock" output "map";
-    "foldbelt" "A fold belt";
     "two_ranges" "Two ranges from one graph";
     "carve_dem" "A real landscape, eroded further" output "after";
     "fjords" "A fjord coast";
     "himalaya" "A very high range";
     "highlands" "Moors and glens";
     "badlands" "Badlands" output "colour";
+    "foldbelt" "A fold belt";
     "basin_and_range" "Basins and ranges" output "colour";
     "terraces" "Terraced fields" output "colour";
     "ridge" "A reusable range";
