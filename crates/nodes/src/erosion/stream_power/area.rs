@@ -240,6 +240,12 @@ impl<'a> Area<'a> {
         }
     }
 
+    /// The override of the drainage area of a cell in m²; 0 for none.
+    #[cfg(test)]
+    pub fn widened_m2(&self, cell: usize) -> f64 {
+        f64::from(self.widened[cell])
+    }
+
     /// An area of which so many cells drain through each cell.
     #[cfg(test)]
     pub fn with_drained(self, cells: Vec<u32>) -> Self {

@@ -180,7 +180,66 @@ impl Land<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use orograph_graph::{Boundary, Edge, World};
+
+    use super::{super::Footing, *};
+    use crate::{
+        erosion::stream_power::{Inputs, NODE},
+        prelude::*,
+        testing,
+    };
+
+    /// Cells along a valley and across it.
+    const VALLEY: [usize; 2] = [60, 81];
+
+    /// Beside the river of a straight valley, the part of its area that each cell has is that of the definition.
+    fn section(job: &Job<'_>) -> Result<Outputs, NodeError> {
+        let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
+        let mut land = Land::new(job, &params, start, Footing::default())?;
+        land.route(job, Some(0))?;
+        land.widen(job)?;
+        let [nx, ny] = VALLEY;
+        let (row, middle) = (ny / 2, nx / 2);
+        // what the disc of a cell of the river gives to a cell this far along the river and across it
+        let given_m2 = |x: usize, across: usize| {
+            let area_m2 = land.area.m2(row * nx + x);
+            let width_m = params.valley_width * math::pow(area_m2 / REFERENCE_M2, POWER);
+            let radius = 0.5 * width_m * (1.0 + params.valley_rounding).sqrt() / land.cell_m;
+            let square = (x.abs_diff(middle).pow(2) + across.pow(2)) as f64;
+            let inside = 1.0 - square / ((radius + 0.5) * (radius + 0.5));
+            if inside > 0.0 { area_m2 * math::pow(inside, 1.0 + 2.0 * params.valley_rounding) } else { 0.0 }
+        };
+        // the slopes to either side have rills that drain 40 cells at most
+        let rill_m2 = 40.0 * land.cell_m * land.cell_m;
+        let expected_m2 = |across| (0..nx).map(|x| given_m2(x, across)).fold(0.0, f64::max);
+        let floor: Vec<usize> = (1..=35).filter(|across| expected_m2(*across) > rill_m2).collect();
+        assert!((8..30).contains(&floor.len()), "{floor:?}");
+        for across in 1..=35 {
+            let (expected_m2, found_m2) = (expected_m2(across), land.area.widened_m2((row + across) * nx + middle));
+            // areas and radii in single precision
+            let is_floor = (found_m2 / expected_m2 - 1.0).abs() < 1e-5;
+            assert!(
+                if floor.contains(&across) { is_floor } else { found_m2 <= rill_m2 },
+                "{across}: {found_m2} {expected_m2}"
+            );
+        }
+        Ok(Outputs::default())
+    }
+
+    #[test]
+    fn a_floor_has_the_section_of_its_definition() {
+        let [nx, ny] = VALLEY;
+        let boundary = Boundary { west: Edge::Open, ..Boundary::all(Edge::Wall) };
+        let world = World { boundary, ..testing::world(nx as u32, ny as u32, 30.0) };
+        let middle_m = 30.0 * (ny / 2) as f64 + 15.0;
+        let height = testing::field(world, |x, y| 0.001 * x + 0.2 * (y - middle_m).abs());
+        let node = Node { cpu: section, inputs: NODE.inputs, params: NODE.params, reads_sea: true, ..Node::DEFAULT };
+        for rounding in ["0", "1", "2"] {
+            let changes =
+                format!("valley_rounding={rounding},valley_width=500,valley_variation=0,roughness=0,headwater_area=0");
+            testing::outputs(&node, &testing::with_params(&NODE, &changes), &[("height", &height)]).expect("a section");
+        }
+    }
 
     /// The area that counts over a disc is that of a flat floor, however gradually the floor rises; the more it does, the less
     /// counts in the middle, and the more beyond the width.
