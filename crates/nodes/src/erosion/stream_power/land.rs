@@ -3,6 +3,7 @@
 mod age;
 mod budget;
 mod floors;
+mod irregular;
 mod levels;
 
 use orograph_graph::{
@@ -10,6 +11,7 @@ use orograph_graph::{
     mix,
 };
 
+pub use self::irregular::Displacement;
 use self::{budget::Budget, floors::Floors};
 use super::{
     Inputs, Method, Params, Receivers, Wants,

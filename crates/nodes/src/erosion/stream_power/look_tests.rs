@@ -113,8 +113,8 @@ fn hillslopes_in_balance_have_the_headwater_slope() {
     let given = values.map(|(name, value)| (name, Field::constant(*height.window(), value)));
     let mut fields: Vec<(&str, &Field)> = given.iter().map(|(name, field)| (*name, field)).collect();
     fields.push(("height", &height));
-    let plain = "schedule=full,headwater_area=1e6,headwater_variation=0,valley_width=0,roughness=0,rounding=0,winding=0,variation=0,\
-                 repose_variation=0,receivers=d8";
+    let plain = "schedule=full,headwater_area=1e6,headwater_variation=0,valley_width=0,roughness=0,irregularity=0,rounding=0,winding=0,\
+                 variation=0,repose_variation=0,receivers=d8";
     let params = testing::with_params(&NODE, &format!("{plain},duration=5e6,time_step=1e5"));
     let found = testing::run(&NODE, &params, &fields, "height").into_samples();
     for cell in 0..40 {
@@ -157,7 +157,7 @@ fn smooth_slopes_stand_beside_rough_ones() {
         let mean = squares.iter().sum::<f64>() / 225.0;
         (squares.iter().map(|square| (square - mean) * (square - mean)).sum::<f64>() / 225.0).sqrt()
     };
-    let still = "variation=0,repose_variation=0,headwater_variation=0,valley_width=0";
+    let still = "irregularity=0,variation=0,repose_variation=0,headwater_variation=0,valley_width=0";
     let [even, varied] = ["", ",roughness_variation=2"].map(|changes| spread(&format!("{still}{changes}")));
     assert!(varied > 1.2 * even, "{even} {varied}");
 }
@@ -180,7 +180,7 @@ fn slopes_have_a_foot_beside_rivers() {
         let mean = |far: isize| rivers.iter().map(|&cell| ring(cell, far)).sum::<f64>();
         mean(1) / mean(3)
     };
-    let [with, without] = ["", "valley_width=0"].map(sharpness);
+    let [with, without] = ["irregularity=0", "irregularity=0,valley_width=0"].map(sharpness);
     assert!(with < 0.8 * without, "{with} {without}");
 }
 
@@ -207,8 +207,9 @@ fn hillslopes_are_rough_and_as_high_as_smooth_ones() {
     };
     let mean = |heights: &[f32]| heights.iter().map(|height| f64::from(*height)).sum::<f64>() / heights.len() as f64;
     // with feet in all, without gullies, and with hillslopes of one length, to which the lengths of knolls are fitted
-    let [rough, smooth, ribbed] = ["ribs=0", "ribs=0,roughness=0.001", "ribs=1"]
-        .map(|changes| output(&format!("headwater_variation=0,gullies=0,rounding=0.1,{changes}"), "height"));
+    let [rough, smooth, ribbed] = ["ribs=0", "ribs=0,roughness=0.001", "ribs=1"].map(|changes| {
+        output(&format!("irregularity=0,headwater_variation=0,gullies=0,rounding=0.1,{changes}"), "height")
+    });
     // real mountains with cells of 30 to 90 m: 0.22 to 0.31
     let [rough_along, smooth_along, ribbed_along] = [&rough, &smooth, &ribbed].map(|heights| along(heights));
     assert!(rough_along > 0.15 && rough_along > 1.3 * smooth_along, "{rough_along} {smooth_along}");
@@ -228,7 +229,7 @@ fn hillslopes_have_many_lengths() {
     const TILE: usize = 40;
     let [one, many] = ["0", "1.5"].map(|variation| {
         // gullies bend slopes of every length
-        let changes = format!("variation_size=3e3,gullies=0,headwater_variation={variation}");
+        let changes = format!("irregularity=0,variation_size=3e3,gullies=0,headwater_variation={variation}");
         let heights = output_on(SIDE, CELL_M, &changes, "height");
         let at = |x: usize, y: usize| f64::from(heights[y * SIDE + x]);
         let bent =
@@ -274,7 +275,7 @@ fn steep_rough_ground_has_no_walls_along_rows_or_columns() {
             [0.5, 0.999].map(|part| all[(part * all.len() as f64) as usize])
         })
     };
-    let old = "headwater_variation=1.5,roughness=0.22,rounding=0.05,variation_size=3e3";
+    let old = "irregularity=0,headwater_variation=1.5,roughness=0.22,rounding=0.05,variation_size=3e3";
     let [[median, most], [_, most_diagonal]] = bent(3, &format!("{old},gullies=0,ribs=0"));
     assert!(most < 8.2 * median && most < 1.1 * most_diagonal, "{most} {median} {most_diagonal}");
     // over several terrains, as the crests of each count: 1.12 without gullies, 1.18 with them
@@ -323,7 +324,7 @@ fn gullies_cut_steep_slopes() {
 fn rivers_wind_and_relief_stays() {
     const SIDE: usize = 320;
     let found = |winding: f64| {
-        let heights = output_on(SIDE, CELL_M, &format!("winding={winding}"), "height");
+        let heights = output_on(SIDE, CELL_M, &format!("irregularity=0,winding={winding}"), "height");
         let mean = heights.iter().map(|height| f64::from(*height)).sum::<f64>() / heights.len() as f64;
         let height = Field::new(Window::whole(testing::world(SIDE as u32, SIDE as u32, CELL_M)), heights);
         let params = ParamValues::defaults(&metrics::NODE.specs());

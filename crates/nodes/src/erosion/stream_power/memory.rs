@@ -60,7 +60,9 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     };
     // knolls are drawn out between two steps: heights, directions, an octave, the same drawn out and the sum
     let has_ribs = params.headwater_area > 0.0 && params.roughness > 0.0 && params.ribs > 0.0;
-    let step = step.max(when(has_ribs, 17.0));
+    // where results come from, and what is taken from there
+    let is_displaced = params.headwater_area > 0.0 && params.irregularity > 0.0;
+    let step = step.max(when(has_ribs, 17.0)).max(when(is_displaced, 16.0 + lowered + flux));
     // outputs are made one after another, and each change is dropped when it has become one
     let before_rate = [wants.height, wants.area, wants.erosion, wants.erosion_rate];
     let before_rate = 4.0 * before_rate.iter().filter(|wanted| **wanted).count() as f64;

@@ -41,7 +41,7 @@ use orograph_graph::{Column, Glimpses, Layer, Strata};
 use self::{
     bedrock::Bedrock,
     inland::Inland,
-    land::{Asked, Footing, Land, Work},
+    land::{Asked, Displacement, Footing, Land, Work},
     rock::DEFAULT_ERODIBILITY,
     tectonics::Tectonics,
 };
@@ -120,6 +120,10 @@ params! {
     /// Water gathers in hollows, where ground stands less steep, so that they drain more and deepen. Half of the effect
     /// is reached where a fiftieth of `headwater_area` drains.
     gullies: f64 = 0.3, One, 0.0..=0.9, soft 0..=0.6, given headwater_area;
+    /// How irregular ridges and valleys are in plan: how much they turn, as the standard deviation of the tangent.
+    ///
+    /// It applies to each octave of wavelengths, from 4 √A₀ down to two cells.
+    irregularity: f64 = 0.12, One, 0.0..=0.5, soft 0..=0.3, given headwater_area;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
     rounding: f64 = 0.08, One, 0.0..=100.0, soft 0..=0.5;
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.
@@ -211,7 +215,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 16,
+    version: 17,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -264,6 +268,8 @@ pub static NODE: Node = Node {
         Migration { from: 14, steps: &[Step::Keep { name: "gullies", value: "0" }] },
         // floors that rise to their sides, and gullies that agree better between cells
         Migration { from: 15, steps: &[Step::Keep { name: "valley_rounding", value: "0" }] },
+        // ridges and valleys that are irregular in plan
+        Migration { from: 16, steps: &[Step::Keep { name: "irregularity", value: "0" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
@@ -379,12 +385,25 @@ fn erode(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
             analytical::wear(job, params, &mut land, asked)?
         }
     };
-    results(job, land, start, step_yr, work)
+    results(job, params, land, start, step_yr, work)
 }
 
 /// The outputs of a land at the end; `work` is that of the last step, which took `step_yr`.
-fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work: Work) -> Result<Outputs, NodeError> {
+fn results(
+    job: &Job<'_>,
+    params: &Params,
+    mut land: Land<'_>,
+    start: &Field,
+    step_yr: f64,
+    mut work: Work,
+) -> Result<Outputs, NodeError> {
     let wants = Wants::of(job);
+    let displacement = land.displacement(job, params)?;
+    if let Some(displacement) = &displacement {
+        land.displace(displacement, &mut work);
+    }
+    let strata = wants.strata.then(|| strata(job, &land.tectonics, displacement.as_ref())).transpose()?;
+    drop(displacement);
     if wants.area {
         land.route(job, None)?;
     }
@@ -412,20 +431,24 @@ fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work:
         erosion_rate: wants.erosion_rate.then(|| work.lowered.map_or_else(nothing, rate)),
         sediment: wants.sediment.then(|| land.sediment_m.map_or_else(nothing, &field)),
         sediment_flux: wants.sediment_flux.then(|| work.flux.map_or_else(nothing, flux)),
-        strata: wants.strata.then(|| strata(job, &land.tectonics)).transpose()?,
+        strata,
         report,
     }
     .into())
 }
 
 /// The rock at depth at the end.
-fn strata(job: &Job<'_>, tectonics: &Tectonics<'_>) -> Result<Strata, NodeError> {
+fn strata(job: &Job<'_>, tectonics: &Tectonics<'_>, displacement: Option<&Displacement>) -> Result<Strata, NodeError> {
     let inputs = Inputs::read(job)?;
     let Some(strata) = inputs.strata else {
         let column = Column { layers: vec![Layer::USUAL], top_m: 0.0, repeats: false, cosine: 1.0 };
         return Ok(Strata::new(Arc::new(column), Field::constant(job.window(), 0.0)));
     };
-    Ok(Bedrock::moved(strata, inputs.uplift, tectonics.risen_at_end_yr()))
+    let moved = Bedrock::moved(strata, inputs.uplift, tectonics.risen_at_end_yr());
+    Ok(match displacement {
+        Some(displacement) => moved.on(Field::new(job.window(), displacement.smooth_single(moved.offset().samples()))),
+        None => moved,
+    })
 }
 
 /// Makes the steps of a run. Gives how long they are and what the last one did, as far as it is asked.

@@ -11,17 +11,24 @@ pub struct Budget {
     start_m: f64,
     risen_m: f64,
     left_m: f64,
+    /// What the displacement of the result added.
+    displaced_m: f64,
 }
 
 impl Budget {
     /// The sums before the first step.
     pub(super) const fn new(since_yr: f64, start_m: f64) -> Self {
-        Self { since_yr, start_m, risen_m: 0.0, left_m: 0.0 }
+        Self { since_yr, start_m, risen_m: 0.0, left_m: 0.0, displaced_m: 0.0 }
     }
 
     /// Adds what uplift did in a step.
     pub(super) fn rise(&mut self, risen_m: f64) {
         self.risen_m += risen_m;
+    }
+
+    /// Adds what the displacement of the result changed.
+    pub(super) fn displace(&mut self, displaced_m: f64) {
+        self.displaced_m += displaced_m;
     }
 
     /// Adds what rivers carried out of the world in a step, from the flux of each cell.
@@ -45,10 +52,14 @@ impl Land<'_> {
         if span_yr > 0.0 {
             report.measure("mean_erosion_rate", cell_m2 * budget.left_m / area_m2 / span_yr, "m/yr");
         }
+        let gains = [("uplift", budget.risen_m), ("displacement", budget.displaced_m)];
+        let gains = gains.map(|(name, gain_m)| (name, cell_m2 * gain_m));
+        // nothing is displaced without `irregularity`
+        let gains = if budget.displaced_m == 0.0 { &gains[..1] } else { &gains[..] };
         report.balance(Balance::new(
             "rock",
             cell_m2 * budget.start_m,
-            &[("uplift", cell_m2 * budget.risen_m)],
+            gains,
             &[("left_the_world", cell_m2 * budget.left_m)],
             cell_m2 * end_m,
         ));

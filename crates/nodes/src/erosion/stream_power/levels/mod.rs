@@ -37,7 +37,7 @@ use self::ladder::Rung;
 pub use self::{
     checkpoint::Checkpoint,
     ladder::Ladder,
-    places::{Frame, Places},
+    places::{Around, Frame, Places},
 };
 use super::{
     Inputs, Method, Params, Schedule, Wants, analytical, count_steps,
@@ -293,7 +293,7 @@ fn pass(
     }
     warn_of_short_runs(job, params.duration, times.response_yr);
     let (step_yr, work) = run.last;
-    let outputs = results(on, run.land, start, step_yr, work)?;
+    let outputs = results(on, params, run.land, start, step_yr, work)?;
     let outputs = match inland {
         Some(inland) => inland.cut(outputs),
         None => outputs,

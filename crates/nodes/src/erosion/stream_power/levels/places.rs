@@ -115,6 +115,13 @@ impl Places {
 }
 
 impl Around {
+    /// The nearest cell.
+    #[must_use]
+    pub fn nearest(&self) -> usize {
+        let [column, row] = self.weights.map(|weights| if weights[1] < weights[2] { 2 } else { 1 });
+        self.rows[row] * self.nx + self.columns[column]
+    }
+
     /// A cubic (Catmull and Rom 1974) through the samples of a coarse raster, kept between the four nearest: an
     /// overshoot at the foot of a mountain front would be a row of pits.
     #[inline(always)]
