@@ -12,7 +12,7 @@ pub fn render(node: &NodePage) -> String {
 /// The page in Markdown with the node's picture.
 pub fn illustrated(node: &NodePage) -> String {
     let picture = format!(
-        "![{0}: its first output; where it changes terrain, before on the left and after on the right]\
+        "![The first output of {0}. If the node changes terrain: before on the left, after on the right.]\
          (pictures/{0}.png)\n\n",
         node.id
     );

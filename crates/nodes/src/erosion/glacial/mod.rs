@@ -65,7 +65,7 @@ params! {
     duration: f64 = 2e5, Years, 0.0..=1e7, soft 0..=1e6;
     /// Number of glacial cycles.
     cycles: i64 = 1, Count, 1..=50;
-    /// Rise of the climate's elevations from the glacial maximum to the warmest time; 0 for a constant climate.
+    /// How much higher the equilibrium line is at the warmest time than at the glacial maximum; 0 for a constant climate.
     warming: f64 = 1000.0, Metres, 0.0..=6000.0, soft 0..=2000;
     /// Number of stages in which ice retreats, each with its moraines.
     stages: i64 = 4, Count, 1..=50, soft 1..=10;

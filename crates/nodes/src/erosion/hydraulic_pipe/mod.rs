@@ -49,7 +49,7 @@ params! {
     roughness: f64 = 0.05, Roughness, 0.005..=0.5, soft 0.02..=0.15, when scheme = "inertial", when law = "stream_power" | "excess_shear";
     /// Rate at which pipes lose their discharge.
     damping: f64 = 0.0, PerSecond, 0.0..=10.0, soft 0.0..=1.0, when scheme = "pipes", when law = "stream_power" | "excess_shear";
-    /// Efficiency of transport: concentration of sediment per ratio of unit stream power to settling velocity.
+    /// Concentration of sediment that water can carry, divided by the ratio of unit stream power to settling velocity.
     capacity: f64 = 0.01, One, 0.0..=10.0, soft 0.001..=0.1, when law = "stream_power" | "excess_shear";
     /// Settling velocity of the grains.
     settling: f64 = 0.02, MetresPerSecond, 1e-5..=2.0, soft 0.002..=0.2, when law = "stream_power" | "excess_shear";

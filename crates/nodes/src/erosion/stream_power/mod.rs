@@ -113,9 +113,9 @@ params! {
     ///
     /// Smooth slopes beside rough ones, in waves of some 12 √A₀.
     roughness_variation: f64 = 0.0, One, 0.0..=2.0, soft 0..=1, given headwater_area, given roughness;
-    /// How far knolls and hollows are drawn out into ribs and chutes down a slope, to either side in wavelengths.
+    /// How far knolls and hollows are drawn out into ribs and chutes, in wavelengths, both up and down the slope.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2, given headwater_area, given roughness;
-    /// How deep gullies cut into the steepest slopes: by this part of `repose` spurs stand steeper, soaked hollows less.
+    /// How deep gullies are: the fraction of `repose` by which dry spurs are steeper, and soaked hollows less steep.
     ///
     /// Water gathers in hollows, where ground stands less steep, so that they drain more and deepen. Half of the effect
     /// is reached where a fiftieth of `headwater_area` drains.

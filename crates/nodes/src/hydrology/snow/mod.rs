@@ -44,7 +44,7 @@ params! {
     wind: f64 = 0.4, One, 0.0..=1.0;
     /// Azimuth from which the wind blows, clockwise from north.
     wind_azimuth: f64 = 270.0, Degrees, 0.0..=360.0;
-    /// Distance over which the terrain's slope and curvature change the wind: about half its wavelength.
+    /// Distance over which the slope and curvature that change the wind are measured: about half that between ridges.
     wind_length: f64 = 300.0, Metres, 0.0..=1e5, soft 50..=2000;
     /// How much snow a slope holds.
     law: Law = Law::Exponential, One, ..;

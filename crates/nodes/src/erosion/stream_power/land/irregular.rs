@@ -9,7 +9,7 @@
 //!
 //! Only results are displaced. The land on which the time passes, and the state that a finer level goes on from, are not.
 
-use orograph_graph::{Edge, Job, NodeError, mix};
+use orograph_graph::{Job, NodeError, mix};
 
 use super::{Land, Work};
 use crate::{
@@ -93,12 +93,9 @@ impl Land<'_> {
         let per_k = self.time_yr * self.area.least_power() / (DETAIL * hillslope_m);
         let cells = deviation / self.cell_m;
         let faded = SIDE * longest_m / self.cell_m;
-        let sides = window.world.boundary;
-        let ends = [[sides.west, sides.east], [sides.north, sides.south]];
         let rows = east.chunks_mut(nx).zip(south.chunks_mut(nx));
-        let distance = |at: usize, count: usize, ends: [Edge; 2]| {
-            if ends[0] == Edge::Periodic { f64::INFINITY } else { at.min(count - 1 - at) as f64 + 0.5 }
-        };
+        // also at periodic sides, beyond which the noise does not go on
+        let distance = |at: usize, count: usize| at.min(count - 1 - at) as f64;
         par::each(rows, |y, (east, south)| {
             job.check()?;
             for (x, (east, south)) in east.iter_mut().zip(south).enumerate() {
@@ -110,7 +107,7 @@ impl Land<'_> {
                     let weakness = self.bedrock.as_ref().map_or(1.0, |bedrock| f64::from(bedrock.weakness[cell]));
                     math::exp(-self.rock.erodibility(cell) * weakness * per_k)
                 };
-                let side = (distance(x, nx, ends[0]).min(distance(y, ny, ends[1])) / faded).min(1.0);
+                let side = (distance(x, nx).min(distance(y, ny)) / faded).min(1.0);
                 let amount = (1.0 - left) * side * cells;
                 *east = (amount * f64::from(*east)) as f32;
                 *south = (amount * f64::from(*south)) as f32;
@@ -143,7 +140,7 @@ impl Land<'_> {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Boundary, World};
+    use orograph_graph::{Boundary, Edge, World};
 
     use super::{
         super::{Budget, Footing},
@@ -199,6 +196,24 @@ mod tests {
     #[test]
     fn each_octave_bends_by_the_irregularity() {
         run(bends, 0.1, &field(|x, _| x));
+    }
+
+    fn meets(job: &Job<'_>) -> Result<Outputs, NodeError> {
+        let (land, displacement) = land(job)?;
+        let found = displacement.smooth(&land.heights);
+        for y in 0..COUNT {
+            let [east, west] = [COUNT - 1, 0].map(|x| found[y * COUNT + x] - land.heights[y * COUNT + x]);
+            assert!(east == 0.0 && west == 0.0, "{y}: {east} {west}");
+        }
+        Ok(Outputs::default())
+    }
+
+    /// A side of displaced terrain meets the opposite one where they are the same.
+    #[test]
+    fn periodic_sides_have_no_seam() {
+        let boundary = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::all(Edge::Open) };
+        let world = World { boundary, ..testing::world(COUNT as u32, COUNT as u32, CELL_M) };
+        run(meets, 0.2, &testing::field(world, |x, y| 0.5 * (x - 3000.0).abs() + 0.1 * y));
     }
 
     fn keeps_valleys(job: &Job<'_>) -> Result<Outputs, NodeError> {
