@@ -4,8 +4,11 @@
 //! many cells. In real rock, joints, dykes and thin beds deflect them over all distances. The terrain at the end of a run
 //! is therefore that at displaced places, h(x + d(x)). Each component of d is a sum of octaves of noise whose gradients
 //! have one standard deviation, the parameter `irregularity`, from 4 √A₀ down to two cells: a ridge turns by that much in
-//! each octave. As long as gradients add up to less than one, every place comes from another one, so that the displaced
-//! terrain has the same ridges, valleys and outlets.
+//! each octave. As long as the gradient of d stays below one, no place is taken twice, so that the displaced terrain has
+//! the same ridges, valleys and outlets.
+//!
+//! Some cells stay: those at sides, at base level and below the sea, and where most of the detail of the initial terrain
+//! is left. Towards them the displacement fades, as a step would tear the terrain.
 //!
 //! Only results are displaced. The land on which the time passes, and the state that a finer level goes on from, are not.
 
@@ -17,7 +20,7 @@ use crate::{
         Params,
         levels::{Around, Frame, Places},
     },
-    numerics::{math, par, waves::Waves},
+    numerics::{distance, par, waves::Waves},
 };
 
 /// The longest wavelength of the displacement in √A₀, and the shortest in cells.
@@ -31,10 +34,12 @@ const GRAIN: f64 = 0.6;
 const OCTAVE_SLOPE: f64 = 2.894;
 /// The seeds of its components.
 const SEEDS: [u32; 2] = [0x5EED_0006, 0x5EED_0007];
-/// It fades over so much of the longest wavelength at sides.
-const SIDE: f64 = 0.25;
+/// It fades towards cells that stay over so much of the longest wavelength.
+const FADE: f64 = 0.25;
 /// Detail of the initial terrain is as long as so many √A₀, for how much of it is left.
 const DETAIL: f64 = 0.5;
+/// Where more of it is left, cells stay.
+const LEFT: f64 = 0.5;
 
 /// The places that results come from.
 pub struct Displacement {
@@ -70,8 +75,7 @@ impl Displacement {
 }
 
 impl Land<'_> {
-    /// Where results come from. Returns None where that is everywhere the cell itself. Cells at base level and below the
-    /// sea are not displaced, and others less where detail of the initial terrain is left.
+    /// Where results come from. Returns None where that is everywhere the cell itself.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -91,29 +95,20 @@ impl Land<'_> {
         // the deviation of all octaves, of which the first has the part √(3/4)
         let deviation = params.irregularity * longest_m / (OCTAVE_SLOPE * 0.75_f64.sqrt());
         let per_k = self.time_yr * self.area.least_power() / (DETAIL * hillslope_m);
-        let cells = deviation / self.cell_m;
-        let faded = SIDE * longest_m / self.cell_m;
-        let rows = east.chunks_mut(nx).zip(south.chunks_mut(nx));
-        // also at periodic sides, beyond which the noise does not go on
-        let distance = |at: usize, count: usize| at.min(count - 1 - at) as f64;
-        par::each(rows, |y, (east, south)| {
-            job.check()?;
-            for (x, (east, south)) in east.iter_mut().zip(south).enumerate() {
-                let cell = y * nx + x;
-                let stays = self.is_base(cell) || self.heights[cell] < self.sea_level_m;
-                let left = if stays {
-                    1.0
-                } else {
-                    let weakness = self.bedrock.as_ref().map_or(1.0, |bedrock| f64::from(bedrock.weakness[cell]));
-                    math::exp(-self.rock.erodibility(cell) * weakness * per_k)
-                };
-                let side = (distance(x, nx).min(distance(y, ny)) / faded).min(1.0);
-                let amount = (1.0 - left) * side * cells;
-                *east = (amount * f64::from(*east)) as f32;
-                *south = (amount * f64::from(*south)) as f32;
-            }
-            Ok::<(), NodeError>(())
-        })?;
+        let stays = |cell: usize| {
+            let is_side = [(cell % nx, nx), (cell / nx, ny)].iter().any(|&(at, count)| at == 0 || at + 1 == count);
+            let weakness = || self.bedrock.as_ref().map_or(1.0, |bedrock| f64::from(bedrock.weakness[cell]));
+            is_side
+                || self.is_base(cell)
+                || self.heights[cell] < self.sea_level_m
+                || self.detail_left(cell, weakness(), per_k) > LEFT
+        };
+        let faded = FADE * longest_m / self.cell_m;
+        let squares = distance::squared(job, [1.0; 2], faded.ceil() as u32, stays)?;
+        let amount = |cell: usize| (f64::from(squares[cell]).sqrt() / faded).min(1.0) * deviation / self.cell_m;
+        for shifts in [&mut east, &mut south] {
+            par::change_at(shifts, |cell, shift| *shift = (amount(cell) * f64::from(*shift)) as f32);
+        }
         let frame = Frame { inner: window, outer: window, before: [0; 2] };
         Ok(Some(Displacement { places: Places::new(frame, frame), nx, shifts: [east, south] }))
     }
@@ -155,7 +150,7 @@ mod tests {
     const COUNT: usize = 240;
     const CELL_M: f64 = 25.0;
 
-    /// Cells that are no more than `margin` cells from a side.
+    /// Cells that are at least `margin` cells from all sides.
     fn inner(margin: usize) -> impl Iterator<Item = usize> {
         (margin..COUNT - margin).flat_map(move |y| (margin..COUNT - margin).map(move |x| y * COUNT + x))
     }
@@ -236,6 +231,25 @@ mod tests {
     #[test]
     fn valleys_still_drain() {
         run(keeps_valleys, 0.12, &field(|x, y| 0.2 * x + 0.4 * (y.rem_euclid(1500.0) - 750.0).abs()));
+    }
+
+    fn tears_nothing(job: &Job<'_>) -> Result<Outputs, NodeError> {
+        let (_, displacement) = land(job)?;
+        let apart = |shifts: &[f32], cell: usize| {
+            [cell + 1, cell + COUNT].map(|next| (shifts[next] - shifts[cell]).abs()).into_iter().fold(0.0, f32::max)
+        };
+        let most =
+            displacement.shifts.each_ref().map(|shifts| inner(1).map(|cell| apart(shifts, cell)).fold(0.0, f32::max));
+        let far = displacement.shifts[0].iter().fold(0.0_f32, |far, shift| far.max(shift.abs()));
+        assert!(far > 3.0 && most.iter().all(|most| *most < 1.0), "{far} {most:?}");
+        Ok(Outputs::default())
+    }
+
+    /// Beside a cliff at the shore, which stays, the terrain moves by less than a cell from cell to cell.
+    #[test]
+    fn shores_are_not_torn() {
+        let shore = field(|x, y| if x > 3000.0 { 100.0 + 0.1 * y } else { 900.0 });
+        run(tears_nothing, 0.12, &testing::at_sea(&shore, 800.0));
     }
 
     fn keeps_the_sea(job: &Job<'_>) -> Result<Outputs, NodeError> {

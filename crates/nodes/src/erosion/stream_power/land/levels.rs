@@ -50,6 +50,12 @@ impl Land<'_> {
         Ok(response_yr)
     }
 
+    /// What is left of detail of the initial terrain: the share exp(−K w `per_k`), in rock of the weakness w.
+    #[must_use]
+    pub(super) fn detail_left(&self, cell: usize, weakness: f64, per_k: f64) -> f64 {
+        math::exp(-self.rock.erodibility(cell) * weakness * per_k)
+    }
+
     /// Years that have passed.
     #[must_use]
     pub const fn time_yr(&self) -> f64 {
@@ -111,7 +117,7 @@ impl Land<'_> {
                     1.0
                 } else {
                     let weakness = self.bedrock.as_ref().map_or(1.0, |bedrock| bedrock.weakness_at_start(cell, own(x)));
-                    math::exp(-self.rock.erodibility(cell) * weakness * per_k)
+                    self.detail_left(cell, weakness, per_k)
                 };
                 let amount = furthest * (1.0 - left) * (places.side_distance(place) / SIDE_CELLS).clamp(0.0, 1.0);
                 shifts.push(place.map(|at| at * coarse_m), amount, left);
