@@ -75,6 +75,11 @@ fn presets(program: &Path, page: &mut String) -> Result<(), Box<dyn Error>> {
                 writeln!(rows, "| {measure} | {value:.3} | {} to {} | {met} |", bound(0), bound(1))?;
             }
         }
+        if rows.is_empty() {
+            return Err(
+                format!("graphs/{preset}.ron was not measured: {}", String::from_utf8_lossy(&output.stderr)).into()
+            );
+        }
         writeln!(
             page,
             "\n### {preset}.ron, beside `{}`\n\n| measure | value | window | inside |\n|---|---|---|---|\n{rows}",

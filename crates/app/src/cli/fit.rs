@@ -36,8 +36,8 @@ use crate::{
 /// another size: measures are compared, not heights cell by cell.
 ///
 /// The loss is the root mean square of the distances of `Compare` (see the manual): measures at cells of 90 m, less
-/// those of the target, in units of the spread among the target's quarters. Each distance is limited to 5, so that one
-/// measure cannot rule the loss; a measure that is undefined for the terrain counts as 5. A loss of 0 means equal
+/// those of the target, in units of the spread among the target's quarters. Each distance is limited to 5, so that no
+/// single measure dominates the loss; a measure that is undefined for the terrain counts as 5. A loss of 0 means equal
 /// measures; below 1, the terrain differs from the target less than the target's quarters from each other.
 ///
 /// The search (Nelder-Mead) finds the least loss near the start, not everywhere: start from plausible values.

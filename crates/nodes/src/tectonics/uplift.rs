@@ -38,7 +38,7 @@ choice! {
 params! {
     /// Shape of the uplift.
     shape: Shape = Shape::Gaussian, One, ..;
-    /// Maximum rate, or the rate of a fault's whole throw; the terrain sinks where it is negative.
+    /// Maximum rate, or, for a fault, the total throw rate; where the rate is negative, the terrain sinks.
     rate: f64 = 0.001, MetresPerYear, -1.0..=1.0, soft 0..=0.005;
     /// Duration of the uplift in `displacement`.
     duration: f64 = 1e6, Years, 0.0..=1e9, soft 0..=1e7;

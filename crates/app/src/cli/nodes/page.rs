@@ -274,7 +274,7 @@ impl PageEntry {
                 entry.ranges(spec.unit, *hard, *soft);
             }
             Kind::Int { hard, soft, .. } => {
-                entry.ty = "whole number".into();
+                entry.ty = "integer".into();
                 entry.ranges(spec.unit, hard.map(|v| v as f64), soft.map(|v| v as f64));
             }
             Kind::Bool { .. } => entry.ty = "true or false".into(),
@@ -368,10 +368,10 @@ fn output_type(ty: OutputType, defaults: &ParamValues) -> (String, &'static str)
     let unit = |ty: PortType| ty.unit().symbol();
     match ty {
         OutputType::Fixed(ty) => (ty.to_string(), unit(ty)),
-        OutputType::SameAs(input) => (format!("what `{input}` is"), ""),
+        OutputType::SameAs(input) => (format!("same as `{input}`"), ""),
         OutputType::Chosen(choose) => {
             let ty = choose(defaults);
-            (format!("{ty}, or what the parameters choose"), unit(ty))
+            (format!("{ty}, or as the parameters set it"), unit(ty))
         }
     }
 }

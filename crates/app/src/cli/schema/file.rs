@@ -187,8 +187,8 @@ fn of_node(node: &'static Node) -> Value {
     let outputs = node.outputs.iter().map(|output| {
         let ty = match output.ty {
             OutputType::Fixed(ty) => values::port(ty),
-            OutputType::SameAs(input) => format!("what `{input}` is"),
-            OutputType::Chosen(_) => "what the parameters choose".to_owned(),
+            OutputType::SameAs(input) => format!("same as `{input}`"),
+            OutputType::Chosen(_) => "as the parameters set it".to_owned(),
         };
         json!({ "name": output.name, "x-port": ty, "description": output.doc })
     });

@@ -31,7 +31,7 @@ use crate::prelude::*;
 choice! {
     /// How the ice is computed.
     pub enum Method {
-        /// Shallow ice with sliding, through time.
+        /// Shallow-ice approximation with sliding, stepped through time.
         Full = "full",
         /// Plastic ice along the paths of steepest descent: for previews and ice caps.
         Fast = "fast",
@@ -39,7 +39,7 @@ choice! {
 }
 
 choice! {
-    /// What the mass balance follows from.
+    /// How the mass balance is computed.
     pub enum Climate {
         /// The equilibrium line altitude and gradients of the balance.
         Ela = "ela",
@@ -73,7 +73,7 @@ params! {
     steps: i64 = 60, Count, 1..=1000, soft 20..=400;
     /// Time for which ice flows before each step of erosion.
     relaxation: f64 = 20.0, Years, 1.0..=500.0, soft 10..=100, when method = "full";
-    /// What the mass balance follows from.
+    /// How the mass balance is computed.
     climate: Climate = Climate::Ela, One, ..;
     /// Gradient of the mass balance above the equilibrium line.
     accumulation_gradient: f64 = 0.004, PerYear, 0.0..=0.1, soft 0.001..=0.01, when climate = "ela";
@@ -91,7 +91,7 @@ params! {
     rate_factor: f64 = 7.6e-17, One, 0.0..=1e-14, soft 1e-17..=2e-16;
     /// Coefficient of sliding, in m yr⁻¹ Pa⁻³; without sliding nothing erodes.
     sliding: f64 = 2e-14, One, 0.0..=1e-11, soft 0..=1e-13;
-    /// Largest stress at the bed.
+    /// Maximum basal shear stress.
     yield_stress: f64 = 2e5, Pascals, 1e4..=1e7, soft 5e4..=3e5;
     /// Largest sliding speed in the laws of erosion; faster ice erodes no faster.
     fastest: f64 = 150.0, MetresPerYear, 1.0..=1e5, soft 50..=1000;

@@ -29,9 +29,9 @@ params! {
     smallest: f64 = 60.0, Metres, 1.0..=1e5, soft 10..=500;
     /// Length of the largest zones of weak rock or soil: no scar is much longer.
     largest: f64 = 1200.0, Metres, 1.0..=1e5, soft 100..=5000;
-    /// Exponent α of the areas of these zones, whose density is A^(−α).
+    /// Exponent α of the areas of these zones, whose probability density is proportional to A^(−α).
     size_exponent: f64 = 1.8, One, 1.1..=6.0, soft 1.5..=3;
-    /// Thickness of zones of weak rock that are 100 m long; that of others goes with their length to the power of 0.7.
+    /// Thickness of zones of weak rock that are 100 m long; for other lengths, it scales with length to the power of 0.7.
     thickness: f64 = 10.0, Metres, 0.1..=1e4, soft 1..=50;
     /// Cohesion of rock masses. Layers multiply it by their hardness.
     cohesion: f64 = 15e3, Pascals, 0.0..=1e8, soft 0..=200e3;

@@ -193,9 +193,9 @@ impl<'a> Area<'a> {
     }
 
     /// What drains through some cells per metre of their contours, at most `most` times what soaks half of the ground:
-    /// `soaked_m2` through a cell whose water leaves along a row or a column, times A₀ᵐ over its mean.
-    pub fn wetness(&self, soaked_m2: f64, most: f32, codes: &[u8], cells: Range<usize>, wetness: &mut [f32]) {
-        let (soaked, less) = (self.cells_of(soaked_m2), self.less());
+    /// `saturated_m2` through a cell whose water leaves along a row or a column, times A₀ᵐ over its mean.
+    pub fn wetness(&self, saturated_m2: f64, most: f32, codes: &[u8], cells: Range<usize>, wetness: &mut [f32]) {
+        let (saturated, less) = (self.cells_of(saturated_m2), self.less());
         match &self.drained {
             Drained::Cells(drained) => {
                 let drained = &drained[cells.clone()];
@@ -212,19 +212,19 @@ impl<'a> Area<'a> {
             }
         }
         if let Some(roots) = self.headwaters.get(cells.clone()) {
-            let share = |(wetness, root): (&mut f32, &f32)| *wetness = (*wetness - less) / (soaked * root * root);
+            let share = |(wetness, root): (&mut f32, &f32)| *wetness = (*wetness - less) / (saturated * root * root);
             wetness.iter_mut().zip(roots).for_each(share);
         } else {
-            wetness.iter_mut().for_each(|wetness| *wetness = (*wetness - less) / soaked);
+            wetness.iter_mut().for_each(|wetness| *wetness = (*wetness - less) / saturated);
         }
         for (wetness, code) in wetness.iter_mut().zip(&codes[cells]) {
             *wetness = wetness.clamp(0.0, most) * code::length(*code) as f32;
         }
     }
 
-    /// The share of the ground that is soaked with so much of [`Self::wetness`], as a function of its own.
-    pub fn soaked(&self, soaked_m2: f64) -> impl Fn(f32) -> f32 + use<> {
-        let dry = 1.0 + DRIER * self.less() / self.cells_of(soaked_m2);
+    /// The share of the ground that is saturated with so much of [`Self::wetness`], as a function of its own.
+    pub fn saturated(&self, saturated_m2: f64) -> impl Fn(f32) -> f32 + use<> {
+        let dry = 1.0 + DRIER * self.less() / self.cells_of(saturated_m2);
         move |wetness| wetness / (wetness + dry)
     }
 
@@ -412,10 +412,10 @@ mod tests {
         }
     }
 
-    /// Half of the ground is soaked where the given area drains, in proportion to A₀ᵐ where A₀ varies, and along a
+    /// Half of the ground is saturated where the given area drains, in proportion to A₀ᵐ where A₀ varies, and along a
     /// diagonal, where fewer cells drain through a cell, with less.
     #[test]
-    fn ground_is_soaked_where_much_drains() {
+    fn ground_is_saturated_where_much_drains() {
         let heads = Heads { critical_m2: 0.0, headwater_m2: 1e4, m: 0.5 };
         let area = |scheme: Scheme| {
             let area = Area::new(&Law::new(1.0), 4, Lane::Constant(1.0), 100.0, heads, scheme);
@@ -430,12 +430,12 @@ mod tests {
         let single = area(Scheme::SingleGrid);
         assert_eq!(found(&single, &straight), [1.0 / 9.0, 1.0, 9.0, 20.0]);
         for (wetness, expected) in [(1.0 / 9.0, 0.1), (1.0, 0.5), (9.0, 0.9)] {
-            assert!((single.soaked(900.0)(wetness) - expected).abs() < 1e-7, "{wetness}");
+            assert!((single.saturated(900.0)(wetness) - expected).abs() < 1e-7, "{wetness}");
         }
         // half a cell less of what drains, and the whole is drier by three times as much
         let level = area(Scheme::Level);
         assert_eq!(found(&level, &straight)[..2], [0.5 / 9.0, 8.5 / 9.0]);
-        assert!((level.soaked(900.0)(8.5 / 9.0) - 8.5 / 19.0).abs() < 1e-6);
+        assert!((level.saturated(900.0)(8.5 / 9.0) - 8.5 / 19.0).abs() < 1e-6);
         let diagonal = (0..8).find(|direction| code::is_diagonal(*direction)).expect("a diagonal") as u8;
         assert_eq!(found(&single, &[diagonal; 4])[1], std::f32::consts::SQRT_2);
         let mut varied = area(Scheme::SingleGrid);

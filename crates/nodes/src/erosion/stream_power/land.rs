@@ -338,7 +338,7 @@ impl<'a> Land<'a> {
         Ok(Work { lowered: lowered.filter(|_| asked.lowered), flux: asked.flux.then_some(flux) })
     }
 
-    /// Takes in the drainage areas of the last routing: what cuts floors and headwaters, and where ground is soaked.
+    /// Takes in the drainage areas of the last routing: what cuts floors and headwaters, and where ground is saturated.
     fn wet(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
         self.area.spread();
         self.widen(job)?;

@@ -39,7 +39,7 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
         // the mean area of the headwaters, areas that cut floors, the factor of the rock and the slope it stands at
         + when(params.headwater_area > 0.0, 4.0)
         + when(params.valley_width > 0.0, 4.0)
-        // how soaked the ground is
+        // how saturated the ground is
         + when(params.headwater_area > 0.0 && params.gullies > 0.0, 4.0)
         // the ground
         + when(params.headwater_area > 0.0 && params.roughness > 0.0, 4.0)

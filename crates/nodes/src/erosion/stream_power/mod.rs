@@ -85,7 +85,7 @@ params! {
     m: f64 = 0.5, One, 0.0..=2.0, soft 0.3..=0.7;
     /// Exponent n of the slope.
     n: f64 = 1.0, One, 0.1..=5.0, soft 0.7..=2.0;
-    /// Drainage area A₀ whose river cuts as fast as debris flows do in headwaters, where hardly any water runs.
+    /// Drainage area A₀ at which a river erodes as fast as debris flows do in the headwaters, where hardly any water runs.
     ///
     /// Hillslopes that balance an uplift U are as steep as S₀ = (U / (K A₀ᵐ))^(1/n). With 0, only rivers cut
     /// headwaters.
@@ -105,17 +105,17 @@ params! {
     valley_variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1, given headwater_area, given valley_width;
     /// How gradually floors of valleys rise to the slopes: 0 for floors that are flat up to a sharp edge.
     valley_rounding: f64 = 1.0, One, 0.0..=3.0, soft 0..=2, given valley_width;
-    /// How rough hillslopes are: the variation of their slope on knolls and hollows, as a fraction of it.
+    /// How rough hillslopes are: the standard deviation of the slope of knolls and hollows, as a fraction of the mean slope.
     ///
     /// It applies to each octave of wavelengths, from half the length √A₀ of the hillslopes down to a few cells.
-    roughness: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5, given headwater_area;
+    roughness: f64 = 0.2, One, 0.0..=1.0, soft 0..=0.5, given headwater_area;
     /// How much `roughness` varies from place to place: the standard deviation of its natural logarithm.
     ///
     /// Smooth slopes beside rough ones, in waves of some 12 √A₀.
     roughness_variation: f64 = 0.0, One, 0.0..=2.0, soft 0..=1, given headwater_area, given roughness;
     /// How far knolls and hollows are drawn out into ribs and chutes, in wavelengths, both up and down the slope.
     ribs: f64 = 0.7, One, 0.0..=4.0, soft 0..=2, given headwater_area, given roughness;
-    /// How deep gullies are: the fraction of `repose` by which dry spurs are steeper, and soaked hollows less steep.
+    /// How deep gullies are: the fraction of `repose` by which dry spurs are steeper, and saturated hollows less steep.
     ///
     /// Water gathers in hollows, where ground stands less steep, so that they drain more and deepen. Half of the effect
     /// is reached where a fiftieth of `headwater_area` drains.
@@ -123,9 +123,9 @@ params! {
     /// How irregular ridges and valleys are in plan: how much they turn, as the standard deviation of the tangent.
     ///
     /// It applies to each octave of wavelengths, from 4 √A₀ down to two cells.
-    irregularity: f64 = 0.12, One, 0.0..=0.5, soft 0..=0.3, given headwater_area;
+    irregularity: f64 = 0.15, One, 0.0..=0.5, soft 0..=0.3, given headwater_area;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
-    rounding: f64 = 0.08, One, 0.0..=100.0, soft 0..=0.5;
+    rounding: f64 = 0.2, One, 0.0..=100.0, soft 0..=0.5;
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.
     ///
     /// It is the standard deviation of its natural logarithm. With 0, rivers run straight for long stretches.
@@ -215,7 +215,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 17,
+    version: 18,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -270,6 +270,15 @@ pub static NODE: Node = Node {
         Migration { from: 15, steps: &[Step::Keep { name: "valley_rounding", value: "0" }] },
         // ridges and valleys that are irregular in plan
         Migration { from: 16, steps: &[Step::Keep { name: "irregularity", value: "0" }] },
+        // smoother and rounder hillslopes with more irregular crests
+        Migration {
+            from: 17,
+            steps: &[
+                Step::Keep { name: "roughness", value: "0.25" },
+                Step::Keep { name: "irregularity", value: "0.12" },
+                Step::Keep { name: "rounding", value: "0.08" },
+            ],
+        },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",
@@ -318,8 +327,8 @@ pub static NODE: Node = Node {
     refuses: Some(refuses),
     cpu: run,
     resolution: Resolution::Cells(
-        "on levels, heights differ by a few percent of their standard deviation; with `schedule: full`, each number of \
-         cells has its own drainage network",
+        "on levels, heights differ by a few percent of their standard deviation; with `schedule: full`, the drainage network \
+         changes with the number of cells",
     ),
     example: "height: \"base\", uplift: 0.001, erodibility: 2e-6, duration: 2e6, m: 0.5, n: 1.2",
     ..Node::DEFAULT

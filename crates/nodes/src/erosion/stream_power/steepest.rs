@@ -1,10 +1,10 @@
 //! The steepest slope at which terrain stands.
 //!
-//! It is `repose`, which may differ from place to place, times a factor g (1 − 2 W) + 1 for gullies: pore water carries
-//! part of the weight of soaked ground, so that ground fails at a smaller slope where water gathers, tan φ (1 − w W) with
-//! the saturated share W of the soil (Montgomery and Dietrich 1994). Hollows of steep slopes then stand less steep than
-//! the spurs between them, drain more for it, and become gullies. W = A / (A + Aₛ) is smooth here, and Aₛ is a share of A₀
-//! that varies as A₀ᵐ does.
+//! It is `repose`, which may differ from place to place, times a factor g (1 − 2 W) + 1 for gullies: pore water
+//! carries part of the weight of saturated ground, so that ground fails at a smaller slope where water gathers, tan φ
+//! (1 − w W) with the saturated share W of the soil (Montgomery and Dietrich 1994). Hollows of steep slopes then
+//! stand less steep than the spurs between them, drain more for it, and become gullies. W = A / (A + Aₛ) is smooth
+//! here, and Aₛ is a share of A₀ that varies as A₀ᵐ does.
 //!
 //! Gullies prefer no direction of the grid: A is blurred over the neighbouring cells, and counts times the length of the
 //! link to the receiver in cells, for along a diagonal there are fewer cells to drain through a cell, and fewer cells of
@@ -15,7 +15,7 @@ use orograph_graph::{Job, NodeError, memory::zeroed};
 use super::area::Area;
 use crate::numerics::{par, routing::Grid};
 
-/// The area at which half of the ground is soaked, as a share of A₀.
+/// The area at which half of the ground is saturated, as a share of A₀.
 const SOAKED: f64 = 0.02;
 /// More water than so many times what soaks half of the ground makes no wider hollow.
 const MOST: f32 = 8.0;
@@ -29,7 +29,7 @@ const REACH: usize = WEIGHTS.len() / 2;
 /// The steepest drop over a distance of 1.
 pub struct Steepest {
     repose: Repose,
-    /// The share g by which spurs stand steeper and soaked hollows less steep.
+    /// The share g by which spurs stand steeper and saturated hollows less steep.
     gullies: f64,
     /// The factor of each cell; empty where there are no gullies.
     factors: Vec<f32>,
@@ -106,14 +106,14 @@ impl Steepest {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn soak(&mut self, job: &Job<'_>, grid: &Grid, codes: &[u8], area: &Area<'_>) -> Result<(), NodeError> {
-        let soaked_m2 = SOAKED * area.headwater_m2();
-        if self.gullies <= 0.0 || soaked_m2 <= 0.0 || !self.is_limited() {
+        let saturated_m2 = SOAKED * area.headwater_m2();
+        if self.gullies <= 0.0 || saturated_m2 <= 0.0 || !self.is_limited() {
             return Ok(());
         }
         if self.factors.is_empty() {
             self.factors = zeroed(grid.nx * grid.ny)?;
         }
-        let (nx, gullies, soaked) = (grid.nx, self.gullies as f32, area.soaked(soaked_m2));
+        let (nx, gullies, saturated) = (grid.nx, self.gullies as f32, area.saturated(saturated_m2));
         let strips = self.factors.chunks_mut(STRIP_ROWS * nx);
         let room = || (vec![0.0; nx + 2 * REACH], vec![0.0; WEIGHTS.len() * nx]);
         par::each_with(strips, room, |(padded, blurred), strip, factors| {
@@ -123,7 +123,7 @@ impl Steepest {
             // row k of the strip and of its neighbours lies in place k modulo the number of weights
             for k in 0..rows + 2 * REACH {
                 let y = row_beside(grid, first, k as isize - REACH as isize);
-                area.wetness(soaked_m2, MOST, codes, y * nx..(y + 1) * nx, &mut padded[REACH..REACH + nx]);
+                area.wetness(saturated_m2, MOST, codes, y * nx..(y + 1) * nx, &mut padded[REACH..REACH + nx]);
                 continue_sides(grid, padded);
                 let place = k % WEIGHTS.len();
                 blur(padded, &mut blurred[place * nx..(place + 1) * nx]);
@@ -137,7 +137,7 @@ impl Steepest {
                 for x in 0..nx {
                     let near = WEIGHTS[1] * (b[x] + d[x]);
                     let wetness = WEIGHTS[0] * (a[x] + e[x]) + near + WEIGHTS[2] * c[x];
-                    factors[x] = 1.0 + gullies * (1.0 - 2.0 * soaked(wetness));
+                    factors[x] = 1.0 + gullies * (1.0 - 2.0 * saturated(wetness));
                 }
             }
             Ok(())
@@ -197,7 +197,7 @@ mod tests {
     const ROUND_SOUTH: Boundary = Boundary { north: Edge::Periodic, south: Edge::Periodic, ..OPEN };
 
     /// The steepest drops where so many cells of 10 m drain through each cell, with A₀ = 10⁴ m² and g = 0.4.
-    fn soaked(boundary: Boundary, drained: impl Fn(usize, usize) -> u32) -> Vec<f64> {
+    fn saturated(boundary: Boundary, drained: impl Fn(usize, usize) -> u32) -> Vec<f64> {
         let world = World { boundary, ..testing::world(SIDE as u32, SIDE as u32, 10.0) };
         let cells = (0..SIDE * SIDE).map(|cell| drained(cell % SIDE, cell / SIDE)).collect();
         let heads = Heads { critical_m2: 0.0, headwater_m2: 1e4, m: 0.5 };
@@ -219,11 +219,11 @@ mod tests {
 
     /// Where the same drains everywhere, slopes stand alike up to the sides.
     #[test]
-    fn dry_ground_stands_steeper_and_soaked_ground_less_steep() {
+    fn dry_ground_stands_steeper_and_saturated_ground_less_steep() {
         // 2 (1 + 0.4 (1 − 2 W)) with A / (A + 200 m²) = 1/3, 1/2, 5/6; 1e-6: in single precision
         for (drained, expected) in [(1, 2.0 + 0.8 / 3.0), (2, 2.0), (10, 2.0 - 1.6 / 3.0)] {
             for boundary in [OPEN, ROUND, ROUND_SOUTH] {
-                let found = soaked(boundary, |_, _| drained);
+                let found = saturated(boundary, |_, _| drained);
                 assert!(found.iter().all(|drop| (drop - expected).abs() < 1e-6), "{drained} {} {expected}", found[0]);
             }
         }
@@ -233,10 +233,10 @@ mod tests {
     #[test]
     fn no_direction_and_no_cell_is_preferred() {
         let drained = |x: usize, y: usize| 1 + mix((x % SIDE + 1000 * (y % SIDE)) as u32) % 50;
-        let [found, open] = [ROUND, OPEN].map(|boundary| soaked(boundary, drained));
-        let turned = soaked(ROUND_SOUTH, |x, y| drained(y, x));
-        let moved = soaked(ROUND, |x, y| drained(x + 77, y));
-        let moved_south = soaked(ROUND_SOUTH, |x, y| drained(y + 77, x));
+        let [found, open] = [ROUND, OPEN].map(|boundary| saturated(boundary, drained));
+        let turned = saturated(ROUND_SOUTH, |x, y| drained(y, x));
+        let moved = saturated(ROUND, |x, y| drained(x + 77, y));
+        let moved_south = saturated(ROUND_SOUTH, |x, y| drained(y + 77, x));
         for (x, y) in (0..SIDE * SIDE).map(|cell| (cell % SIDE, cell / SIDE)) {
             let here = found[y * SIDE + x];
             // 1e-6: sums in another order, in single precision

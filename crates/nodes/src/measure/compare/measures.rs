@@ -14,7 +14,7 @@ macro_rules! measures {
             measure("score", "Realism: the least of its three parts. Real land scores about 1."),
             measure("score.texture", "Realism of slopes, roughness, spectrum and forms."),
             measure("score.drainage", "Realism of rivers, basins and valleys."),
-            measure("score.marks", "Freedom from what only a computation leaves: plane slopes, straight rivers, combs."),
+            measure("score.marks", "Absence of computational artefacts: planar slopes, straight rivers, combs."),
             measure("elevation_distance", "Wasserstein distance of elevations, in interquartile ranges of the reference."),
             measure("slope_distance", "Wasserstein distance of slopes, in interquartile ranges of the reference."),
             measure("hypsometry_distance", "Mean difference of the hypsometric curves."),

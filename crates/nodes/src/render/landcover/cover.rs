@@ -161,10 +161,10 @@ fn mix(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
 
 /// The colour of wet ground through water of a depth: absorbed on the way down and up.
 fn under_water(ground: [f32; 3], depth_m: f32) -> [f32; 3] {
-    let soaked = rise(depth_m / SHORE_M);
+    let saturated = rise(depth_m / SHORE_M);
     [0, 1, 2].map(|part| {
         let passes = math::lane::exp(-2.0 * WATER_PER_M[part] * depth_m);
-        let bottom = ground[part] * (1.0 + (WET - 1.0) * soaked);
+        let bottom = ground[part] * (1.0 + (WET - 1.0) * saturated);
         DEEP_WATER[part] + (bottom - DEEP_WATER[part]) * passes
     })
 }

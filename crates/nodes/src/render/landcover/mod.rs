@@ -42,7 +42,7 @@ params! {
     moist_area: f64 = 200_000.0, SquareMetres, 1.0..=1e12, soft 1e3..=1e8;
     /// Whether the world's sea is drawn, as deep as the terrain lies below its level.
     with_sea: bool = true, One, ..;
-    /// Whether plants and snow keep out of water, whose ground counts as soil.
+    /// Whether water is kept free of plants and snow; the ground below it then counts as soil.
     bare_water: bool = true, One, ..;
     /// Random seed of the patches.
     seed: Seed = Seed(0), Count, ..;
