@@ -18,6 +18,7 @@ graphs=(
     "canyon|A canyon in layered rock|map|2048|.35 .35"
     "foldbelt|A fold belt|-|2048|.40 .55"
     "badlands|Badlands|colour|2048|.35 .45"
+    "coast_range|A dissected coastal range|-|2048|.35 .35"
     "basin_and_range|Basins and ranges|colour|2048|.30 .30"
     "hello|A first range|-|2048|.35 .30"
     "ridges|Ridges and rivers|-|2048|.30 .30"

@@ -8,7 +8,7 @@ use orograph_graph::{ParamValue, Stroke};
 use crate::{
     built, device,
     hand::{drag, key, title, type_text},
-    picture, settle,
+    look, picture, settle,
 };
 
 #[test]
@@ -38,7 +38,7 @@ fn strokes_are_painted_and_undone_one_by_one() {
     let after = height(&window, "paint.height");
     let raised = before.iter().zip(&after).map(|(before, after)| after - before).fold(0.0, f32::max);
     assert!((90.0..=200.5).contains(&raised), "by 100 m a stroke, which may cross: {raised}");
-    picture(&mut window, "painted");
+    look(&mut window, "painted");
 
     window.state_mut().session_mut().undo();
     assert_eq!(strokes(&window), painted[..1]);
@@ -134,7 +134,7 @@ fn a_lake_is_painted() {
     assert!(deepest > 20.0, "the hollow holds water: {deepest} m");
     if device::missing().is_none() {
         window.get_by_label("3D").click();
-        picture(&mut window, "painted_lake");
+        look(&mut window, "painted_lake");
     }
 }
 

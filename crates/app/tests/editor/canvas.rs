@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use crate::{
     built, graph,
     hand::{at, button, click, click_with, drag, drag_with, key, pull, title, type_text, wheel},
-    picture, settle, window,
+    look, picture, settle, window,
 };
 
 /// Three nodes in a row, with positions; one has no wire.
@@ -470,7 +470,7 @@ fn the_canvas_is_drawn_in_both_themes_at_any_size() {
         ("canvas_small", [400.0, 300.0], 1.0, egui::Theme::Dark),
         ("canvas_scaled", [900.0, 600.0], 1.5, egui::Theme::Dark),
     ] {
-        let mut window = window(Some(graph("alps.ron")));
+        let mut window = window(Some(graph("hello.ron")));
         window.set_size(size.into());
         window.set_pixels_per_point(scale);
         window.ctx.set_theme(theme);
@@ -489,7 +489,7 @@ fn the_canvas_is_drawn_in_both_themes_at_any_size() {
             let node = title(&window, "rivers");
             click(&mut window, node);
             wheel(&mut window, 7.0);
-            crate::picture(&mut window, &format!("{name}_near"));
+            look(&mut window, &format!("{name}_near"));
         }
     }
 }
@@ -529,7 +529,7 @@ fn a_node_without_its_wire_waits_and_has_not_failed() {
     click(&mut window, lonely);
     assert!(window.query_by_label("Needs an input: height").is_some());
     wheel(&mut window, 4.0);
-    picture(&mut window, "waiting");
+    look(&mut window, "waiting");
 }
 
 #[test]
@@ -563,7 +563,7 @@ fn a_large_graph_is_opened_where_it_can_be_read() {
     assert!(last.width() > 80.0 && pane.contains_rect(last), "{last} in {pane}");
     let overview = window.get_by_label("overview").rect();
     assert!(!overview.intersects(last), "{overview} lies over {last}");
-    picture(&mut window, "large");
+    look(&mut window, "large");
     // A click does not move the view.
     let node = title(&window, "n39");
     click(&mut window, node);

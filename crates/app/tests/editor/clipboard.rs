@@ -7,7 +7,7 @@ use orograph::editor::App;
 use crate::{
     canvas::{ROW, document, selection, source_of, window_on},
     hand::{click, click_with, key, title},
-    picture, settle,
+    look, settle,
 };
 
 /// The clipboard text of a copy of the selection.
@@ -76,7 +76,7 @@ fn parameters_are_copied_to_nodes_of_the_same_kind() {
     let said = "Set the parameters of 1 node; 1 node of another kind was left as it is";
     assert!(window.query_by_label_contains(said).is_some());
     assert_eq!((document(&window).steps(), document(&window).nodes().len()), (1, 4));
-    picture(&mut window, "parameters_pasted");
+    look(&mut window, "parameters_pasted");
     key(&mut window, Modifiers::COMMAND, Key::Z);
     assert_eq!(document(&window).source(), text);
     // From the menu, where the clipboard comes some frames later.
@@ -115,5 +115,5 @@ fn a_copy_keeps_the_wires_into_it() {
     assert!(
         window.query_by_label_contains("One wire was left out: no compatible output here is named `rock`").is_some()
     );
-    picture(&mut window, "left_out");
+    look(&mut window, "left_out");
 }

@@ -7,7 +7,7 @@ use orograph_graph::ParamValue;
 
 use crate::{
     inspector::{param, selected},
-    picture,
+    look,
 };
 
 #[test]
@@ -120,5 +120,5 @@ fn the_colour_of_a_layer_of_rock_is_typed() {
     window.key_press(Key::Enter);
     window.run_steps(3);
     assert_eq!(colour(&window), "#102030");
-    picture(&mut window, "layers_of_rock");
+    look(&mut window, "layers_of_rock");
 }

@@ -8,7 +8,7 @@ use orograph_graph::{Edit, Evaluator, EvaluatorOptions, Value, Window};
 use crate::{
     built, device,
     hand::{drag, wheel},
-    picture, scratch, settle, until, window,
+    look, picture, scratch, settle, until, window,
 };
 
 const HILLS: &str = r#"(
@@ -110,7 +110,7 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
     assert_eq!(part.world.cells, [1024; 2], "four times the document's");
     assert!(!part.is_whole() && part.len() < 1 << 20, "{part:?}");
     check(&window);
-    picture(&mut window, "detail");
+    look(&mut window, "detail");
     assert!(window.query_by_label_contains("Detail: 1024 cells").is_some());
 
     // A small move needs no new part; a long one does.
@@ -147,7 +147,7 @@ fn a_node_that_needs_the_whole_world_keeps_the_detail_of_the_build() {
     assert_eq!(detail(&window), Some(Detail::OfBuild { node: "rivers".into() }));
     assert!(window.query_by_label("Full detail at export: rivers is computed for the whole world").is_some());
     assert!(window.state().session().finer("rivers.height").is_none() && window.state().finer().is_none());
-    picture(&mut window, "detail_of_build");
+    look(&mut window, "detail_of_build");
 
     // the other side of a comparison can have finer cells
     window.state_mut().session_mut().compare(Some("ground.height".to_owned()));
@@ -156,7 +156,7 @@ fn a_node_that_needs_the_whole_world_keeps_the_detail_of_the_build() {
     });
     assert_eq!(detail(&window), Some(Detail::OfBuild { node: "rivers".into() }));
     assert!(window.state().finer().is_none());
-    picture(&mut window, "detail_of_build_compared");
+    look(&mut window, "detail_of_build_compared");
 }
 
 /// The 3D view of [`HILLS`].
@@ -212,7 +212,7 @@ fn colours_of_a_close_camera_are_as_fine_as_its_heights() {
     let session = window.state().session();
     let of = |port: &str| session.finer(port).and_then(|built| built.value.as_field()).map(|field| *field.window());
     assert_eq!([of("steep.slope"), of("soft.value")], [Some(part); 2]);
-    picture(&mut window, "detail_3d_mask");
+    look(&mut window, "detail_3d_mask");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use crate::{
     canvas::{ground, window_on},
     graph,
     hand::{click, key, title, type_text},
-    picture, settle, until, window,
+    look, picture, settle, until, window,
 };
 
 /// Terrain with red colours, weights, slopes and rivers.
@@ -148,10 +148,10 @@ fn selected_numbers_lie_on_the_terrain_with_a_legend() {
     window.get_by_label("Map").click();
     window.run_steps(3);
     assert_eq!(legend(&window), of_slope, "the map has the same");
-    picture(&mut window, "drape_slope_map");
+    look(&mut window, "drape_slope_map");
     choose(&mut window, "water.area");
     assert!(legend(&window).contains("km²"), "{}", legend(&window));
-    picture(&mut window, "drape_area_map");
+    look(&mut window, "drape_area_map");
 }
 
 #[test]

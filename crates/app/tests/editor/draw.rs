@@ -8,7 +8,7 @@ use orograph_graph::ParamValue;
 use crate::{
     built, device,
     hand::{click, drag, drag_with, key},
-    picture, scratch, settle, window,
+    look, scratch, settle, window,
 };
 
 /// A crater and a node that carves a path, whose default lies outside the world.
@@ -118,7 +118,7 @@ fn a_line_is_drawn_and_dragged_on_the_map() {
     window.state_mut().session_mut().redo();
     window.state_mut().session_mut().redo();
     settle(&mut window);
-    picture(&mut window, "drawn");
+    look(&mut window, "drawn");
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn a_line_is_drawn_and_dragged_in_3d() {
     settle(&mut window);
     crate::until(&mut window, "3D is drawn", |window| window.state().seen().is_some());
     line_is_drawn_and_dragged(&mut window);
-    picture(&mut window, "drawn_3d");
+    look(&mut window, "drawn_3d");
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn a_path_is_drawn_in_an_empty_world() {
     assert_eq!(points.len(), 3);
     assert!(points.iter().flat_map(|point| point.at).all(|metres| (0.0..=1000.0).contains(&metres)), "{points:?}");
     settle(&mut window);
-    picture(&mut window, "drawn_path");
+    look(&mut window, "drawn_path");
 }
 
 /// The value of a number of a node.
@@ -321,7 +321,7 @@ fn handles_have_names_and_radii_are_dragged() {
     assert!((290.0..310.0).contains(&wider), "{wider}");
     assert_eq!((steps(&window), point(&window, "hole")), (before + 1, [250.0, 250.0]));
     settle(&mut window);
-    picture(&mut window, "arm_of_a_crater");
+    look(&mut window, "arm_of_a_crater");
     window.state_mut().session_mut().undo();
     assert_eq!(number(&window, "hole", "diameter"), 150.0);
     // The points of a path have names too.
@@ -350,13 +350,13 @@ fn an_azimuth_is_dragged_on_the_map_and_in_3d() {
     assert!(azimuth == 180.0 && (380.0..=420.0).contains(&length), "{azimuth} {length}");
     assert_eq!(steps(&window), 1);
     settle(&mut window);
-    picture(&mut window, "arm_of_a_gradient");
+    look(&mut window, "arm_of_a_gradient");
     if device::missing().is_some() {
         return;
     }
     window.get_by_label("3D").click();
     settle(&mut window);
-    picture(&mut window, "arm_in_3d");
+    look(&mut window, "arm_in_3d");
     let end = window.get_by_label_contains("length and azimuth: ").rect().center();
     drag(&mut window, end, end + vec2(60.0, 0.0));
     let turned = number(&window, "slope", "azimuth");

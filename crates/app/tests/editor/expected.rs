@@ -4,7 +4,7 @@ use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
-use crate::{picture, scratch, settle, until, window};
+use crate::{look, scratch, settle, until, window};
 
 const HILLS: &str = "(
     world: (size: 3200, cells: 64),
@@ -98,5 +98,5 @@ fn the_measured_part_and_its_cells_are_edited_in_place() {
         };
         [("⚠", "relief"), ("✔", "peaks.count")].into_iter().all(is_marked)
     });
-    picture(&mut window, "expectations");
+    look(&mut window, "expectations");
 }

@@ -10,7 +10,7 @@ use orograph::{
 };
 use orograph_graph::{Edit, World};
 
-use crate::{scratch, until, window};
+use crate::{look, scratch, until, window};
 
 const GRAPH: &str = "(world: (size: \"1 km\", cells: 64, seed: 3), nodes: { \"land\": Ridged(wavelength: 400, amplitude: 90), \
                      \"steep\": Slope(height: \"land\") }, outputs: { \"height\": \"land\", \"steep\": \"steep.mask\" })";
@@ -153,7 +153,7 @@ fn an_export_does_not_replace_the_files_of_another_graph_unasked() {
     press(&mut window, "Export");
     let question = "The export would replace 3 files that this graph has not written: height.exr";
     assert!(window.query_by_label_contains(question).is_some());
-    crate::picture(&mut window, "replace");
+    look(&mut window, "replace");
     press(&mut window, "Cancel this export");
     assert!(window.query_by_label_contains(question).is_none());
     press(&mut window, "Export");
@@ -217,7 +217,7 @@ fn builds_wait_for_each_other_and_can_be_cancelled() {
     assert!(window.query_by_label_contains("2 waiting").is_some(), "the status bar tells");
     for theme in [egui::Theme::Light, egui::Theme::Dark] {
         window.ctx.set_theme(theme);
-        crate::picture(&mut window, &format!("queue_{theme:?}"));
+        look(&mut window, &format!("queue_{theme:?}"));
     }
     // Closing the window asks first.
     window.key_press_modifiers(Modifiers::COMMAND, Key::Q);
@@ -242,7 +242,7 @@ fn builds_wait_for_each_other_and_can_be_cancelled() {
     });
     assert!(attention, "the window asks for attention at the end");
     assert!(window.query_by_label_contains("Exported 3 files to").is_some(), "a message tells");
-    crate::picture(&mut window, "queue_done");
+    look(&mut window, "queue_done");
     assert!(out("second").join("height.exr").is_file());
     assert!(!out("first").exists() && !out("third").exists());
 }

@@ -6,7 +6,7 @@ use egui_kittest::kittest::Queryable as _;
 use crate::{
     canvas::{ROW, document, place_of, window_on},
     hand::{click, click_with, drag, key, title, type_text},
-    picture, settle,
+    look, settle,
 };
 
 #[test]
@@ -57,7 +57,7 @@ fn an_empty_frame_cuts_no_node() {
         let card = egui::Rect::from_min_size(egui::pos2(x as f32, y as f32), vec2(180.0, 200.0));
         assert!(!rect.intersects(card), "{node} {card} {rect}");
     }
-    picture(&mut window, "frame_free");
+    look(&mut window, "frame_free");
     // A frame around selected nodes also encloses the nodes between them.
     let ground_node = title(&window, "ground");
     click(&mut window, ground_node);
@@ -74,5 +74,5 @@ fn an_empty_frame_cuts_no_node() {
             |axis: usize, low: f64, long: f64| frame.at[axis] <= low && low + long <= frame.at[axis] + frame.size[axis];
         assert!(within(0, x, 180.0) && within(1, y, 100.0), "{node} is cut by {frame:?}");
     }
-    picture(&mut window, "frame_round");
+    look(&mut window, "frame_round");
 }

@@ -12,7 +12,7 @@ use crate::{
     device,
     hand::{key, type_text},
     inspector::param,
-    picture, scratch, settle, window,
+    look, scratch, settle, window,
 };
 
 const LAND: &str = r#"(
@@ -85,7 +85,7 @@ fn points_are_reached_and_moved_by_keys() {
     assert_eq!(focused(&window), "point 1 of points: x 200 m, y 200 m");
     key(&mut window, Modifiers::NONE, Key::Tab);
     assert_eq!(focused(&window), "point 2 of points: x 500 m, y 400 m");
-    picture(&mut window, "handle_with_keyboard");
+    look(&mut window, "handle_with_keyboard");
     key(&mut window, Modifiers::NONE, Key::ArrowRight);
     let step = way(&window)[1].0[0] - 500.0;
     assert!(step > 0.0 && step <= 50.0, "{step}");
@@ -237,7 +237,7 @@ fn numbers_of_handles_are_typed() {
     key(&mut window, Modifiers::NONE, Key::Tab);
     key(&mut window, Modifiers::COMMAND, Key::A);
     type_text(&mut window, "320 m");
-    picture(&mut window, "numbers_of_a_handle");
+    look(&mut window, "numbers_of_a_handle");
     key(&mut window, Modifiers::NONE, Key::Enter);
     assert_eq!(way(&window)[0].0, [250.0, 320.0]);
     assert_eq!(focused(&window), "point 1 of points: x 250 m, y 320 m");
@@ -306,7 +306,7 @@ fn arrow_keys_follow_the_screen_in_3d() {
         let by = place(&window) - before;
         assert!(by.x * x + by.y * y > 2.0, "{arrow:?}: {by:?}");
     }
-    picture(&mut window, "handle_in_3d");
+    look(&mut window, "handle_in_3d");
 }
 
 /// The graph takes the keyboard again when the pointer moves over it, not before.
@@ -346,5 +346,5 @@ fn a_wind_is_turned() {
     key(&mut window, Modifiers::SHIFT, Key::ArrowRight);
     assert_eq!(param(&window, "sand", "azimuth"), ParamValue::Float(105.0));
     settle(&mut window);
-    picture(&mut window, "arm_of_a_wind");
+    look(&mut window, "arm_of_a_wind");
 }

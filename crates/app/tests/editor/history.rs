@@ -5,7 +5,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::{App, FileCommand};
 use orograph_graph::{Edit, ParamValue};
 
-use crate::{built, picture, scratch, settle, until, window};
+use crate::{built, look, scratch, settle, until, window};
 
 fn set(node: &str, param: &str, value: f64) -> Edit {
     Edit::SetParam { node: node.into(), param: param.into(), value: ParamValue::Float(value) }
@@ -37,7 +37,7 @@ fn steps_are_named_and_clicked() {
     until(&mut window, "the steps are described", |window| {
         window.query_all_by_label_contains("ground.amplitude").count() == 3
     });
-    picture(&mut window, "history");
+    look(&mut window, "history");
     let second = window.query_all_by_label_contains("ground.amplitude").nth(1).expect("a row").rect().center();
     crate::hand::click(&mut window, second);
     assert_eq!(source(&window), texts[1]);
@@ -66,7 +66,7 @@ fn a_snapshot_is_compared_and_restored() {
     window.state_mut().session_mut().compare(Some("snapshot 1".to_owned()));
     settle(&mut window);
     window.run_steps(4);
-    picture(&mut window, "snapshot");
+    look(&mut window, "snapshot");
     let session = window.state().session();
     let kept = session.snapshot("snapshot 1").expect("kept");
     assert_eq!((kept.port(), session.compared()), ("rivers.height", Some("snapshot 1")));
@@ -105,7 +105,7 @@ fn several_nodes_are_edited_at_once() {
     window.state_mut().session_mut().select(["a".to_owned(), "b".to_owned()]);
     settle(&mut window);
     assert_eq!(window.query_all_by_label_contains("different values").count(), 2, "wavelength and seed");
-    picture(&mut window, "several");
+    look(&mut window, "several");
     let steps = window.state().session().document().steps();
     window.get_by_role_and_label(Role::TextInput, "wavelength").focus();
     window.run_steps(2);

@@ -5,7 +5,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::{GeoPlace, ParamValue, Port};
 
-use crate::{graph, picture, scratch, settle, until, window};
+use crate::{graph, look, scratch, settle, until, window};
 
 /// A window on a file, with a node selected.
 pub fn selected(file: &str, node: &str) -> Harness<'static, App> {
@@ -357,7 +357,7 @@ fn parameters_without_effect_are_greyed_out_with_a_reason() {
     assert!(window.query_by_label_contains("6 points").is_none(), "and take no room");
     for theme in [egui::Theme::Dark, egui::Theme::Light] {
         window.ctx.set_theme(theme);
-        picture(&mut window, &format!("resting_{theme:?}_even"));
+        look(&mut window, &format!("resting_{theme:?}_even"));
     }
     let edit = orograph_graph::Edit::SetText { node: "b".into(), name: "steps".into(), text: "layers".into() };
     assert!(window.state_mut().session_mut().apply(&edit));
@@ -370,7 +370,7 @@ fn parameters_without_effect_are_greyed_out_with_a_reason() {
         window.query_by_label_contains("No effect now: used only if `steps` is `even`").is_some()
     });
     assert!(window.query_by_label_contains("A number; optional units").is_none(), "only one tooltip at a time");
-    picture(&mut window, "resting_layers");
+    look(&mut window, "resting_layers");
     // It can still be edited.
     fill(&mut window, "step", "50 m");
     assert_eq!(param(&window, "b", "step"), ParamValue::Float(50.0));
@@ -397,7 +397,7 @@ fn numbers_are_never_cut_and_tooltips_have_the_units() {
     until(&mut window, "the tooltip has all of it", |window| {
         window.query_by_label_contains("2e-6 m^(1−2m)/yr").is_some()
     });
-    picture(&mut window, "units");
+    look(&mut window, "units");
     // The focused field shows the whole text, and leaving it changes nothing.
     let before = window.state().session().document().source().to_owned();
     window.get_by_role_and_label(Role::TextInput, "erodibility").focus();
@@ -413,7 +413,7 @@ fn numbers_are_never_cut_and_tooltips_have_the_units() {
     settle(&mut window);
     window.run_steps(4);
     assert_eq!(field(&window, "value"), "-1234570");
-    picture(&mut window, "numbers");
+    look(&mut window, "numbers");
 }
 
 #[test]
@@ -439,7 +439,7 @@ fn a_note_of_several_lines_is_one_undo_step() {
     assert_eq!(note(&window, "rivers"), "", "it is being written");
     for theme in [egui::Theme::Dark, egui::Theme::Light] {
         window.ctx.set_theme(theme);
-        picture(&mut window, &format!("note_field_{theme:?}"));
+        look(&mut window, &format!("note_field_{theme:?}"));
     }
     let elsewhere = window.get_by_label("graph").rect().center_bottom() - egui::vec2(0.0, 12.0);
     crate::hand::click(&mut window, elsewhere);

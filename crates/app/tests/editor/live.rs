@@ -7,7 +7,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::{App, Session};
 use orograph_graph::{Document, Edit, Evaluator, EvaluatorOptions, ParamValue, Prefer, Stroke, Tool, Value, Window};
 
-use crate::{hand::drag, picture, scratch, settle, until, window};
+use crate::{hand::drag, look, scratch, settle, until, window};
 
 const STORM: &str = r#"(
     world: (size: 960, cells: 96, seed: 3),
@@ -81,7 +81,7 @@ fn a_live_run_to_the_end_equals_a_build() {
         last.1.elapsed() > Duration::from_secs(1)
     });
     assert!(!is_over(&window) && last.0.is_some_and(|now| now < 1000.0), "ten steps: {last:?}");
-    picture(&mut window, "live");
+    look(&mut window, "live");
     window.get_by_label("Run").click();
     until(&mut window, "it is over", is_over);
     settle(&mut window);
@@ -120,7 +120,7 @@ fn strokes_of_a_live_run_are_saved_and_give_the_same_terrain() {
     drag(&mut window, pos2(400.0, 200.0), pos2(400.0, 200.0) + vec2(0.0, 30.0));
     until(&mut window, "another stroke is kept", |window| strokes(window).len() == 2);
     assert!(strokes(&window)[1].tool == Tool::Rain && strokes(&window)[1].time > painted.time);
-    picture(&mut window, "live_painted");
+    look(&mut window, "live_painted");
     assert!(moment(&window).is_some_and(|now| now > painted.time), "it has not restarted");
     window.get_by_label("Run").click();
     until(&mut window, "it is over", is_over);
@@ -214,7 +214,7 @@ fn a_live_run_on_the_device_is_drawn_on_the_same_adapter() {
     assert!(painted.time > 0.0 && moment(&window).is_some_and(|now| now >= painted.time), "{painted:?}");
     window.get_by_label("Pause").click();
     window.run_steps(2);
-    picture(&mut window, "live_device");
+    look(&mut window, "live_device");
     assert!(on_device(&window) && !is_over(&window), "it has not restarted on the CPU");
     window.state_mut().session_mut().pace_simulation(0.0);
     window.get_by_label("Run").click();

@@ -7,7 +7,7 @@ use egui_kittest::{
 };
 use orograph::editor::App;
 
-use crate::{device, graph, picture, settle, window};
+use crate::{device, graph, look, settle, window};
 
 /// A menu item, the name of its picture, and the labels that must be visible.
 const ABOVE: [(&str, &str, &str, &[&str]); 5] = [
@@ -46,7 +46,7 @@ fn dialogs_fit_the_window_in_both_themes() {
         for menu in ["Edit", "View"] {
             window.get_by_role_and_label(Role::Button, menu).click();
             window.run_steps(6);
-            picture(&mut window, &format!("menu_{menu}_{theme:?}{small}"));
+            look(&mut window, &format!("menu_{menu}_{theme:?}{small}"));
             window.key_press_modifiers(Modifiers::NONE, Key::Escape);
             window.run_steps(4);
         }
@@ -56,7 +56,7 @@ fn dialogs_fit_the_window_in_both_themes() {
                 continue;
             }
             open(&mut window, menu, item);
-            picture(&mut window, &format!("above_{name}_{theme:?}{small}"));
+            look(&mut window, &format!("above_{name}_{theme:?}{small}"));
             for label in labels {
                 assert!(in_sight(&window, label, size), "{label} of {name} at {size:?}");
             }

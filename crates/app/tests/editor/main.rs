@@ -128,13 +128,27 @@ fn settle(window: &mut Harness<'_, App>) {
     window.step();
 }
 
-/// A picture of the window, some frames after everything is built. Also saves it to the folder `OROGRAPH_PICTURES`, if
-/// set. Returns None, after a message, when there is no graphics device.
-fn picture(window: &mut Harness<'_, App>, name: &str) -> Option<image::RgbaImage> {
+/// Some frames after everything is built.
+fn frames(window: &mut Harness<'_, App>) {
     for _ in 0..10 {
         window.step();
         thread::sleep(Duration::from_millis(20));
     }
+}
+
+/// Draws the window for a person to look at, if `OROGRAPH_PICTURES` names a folder; otherwise only runs the frames.
+fn look(window: &mut Harness<'_, App>, name: &str) {
+    if std::env::var_os("OROGRAPH_PICTURES").is_some() {
+        picture(window, name);
+    } else {
+        frames(window);
+    }
+}
+
+/// A picture of the window, some frames after everything is built. Also saves it to the folder `OROGRAPH_PICTURES`, if
+/// set. Returns None, after a message, when there is no graphics device.
+fn picture(window: &mut Harness<'_, App>, name: &str) -> Option<image::RgbaImage> {
+    frames(window);
     if device::skips(&format!("the picture {name}")) {
         return None;
     }

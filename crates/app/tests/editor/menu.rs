@@ -12,7 +12,7 @@ use crate::{
     canvas::{ROW, window_on},
     graph,
     hand::{click, key, type_text},
-    picture, scratch, settle, window,
+    look, scratch, settle, window,
 };
 
 const GRAPH: &str = "(nodes: { \"a\": Constant(value: 1) }, outputs: { \"h\": \"a\" })";
@@ -199,7 +199,7 @@ fn every_key_command_is_in_the_menus() {
     window.run_steps(3);
     let toggled = window.get_by_label("Mute M").accesskit_node().toggled();
     assert_eq!(toggled, Some(egui::accesskit::Toggled::True));
-    picture(&mut window, "menu_edit");
+    look(&mut window, "menu_edit");
     window.key_press(Key::Escape);
     window.run_steps(3);
     graph_menu(&mut window, "Edit", "Cut Ctrl+X");
@@ -256,7 +256,7 @@ fn views_are_switched_by_the_menu() {
     assert_eq!(on(&window, "3D 3"), Some(egui::accesskit::Toggled::False));
     assert_eq!(on(&window, "Contours C"), Some(egui::accesskit::Toggled::True));
     assert!(window.get_by_label("Shadows").accesskit_node().is_disabled(), "a map has none");
-    picture(&mut window, "menu_view");
+    look(&mut window, "menu_view");
     window.key_press(Key::Escape);
     window.run_steps(3);
 
@@ -293,7 +293,7 @@ fn a_key_maximises_the_pane_under_the_pointer() {
     press(&mut window, Modifiers::COMMAND, Key::Space);
     assert!(width(&window).is_some_and(|wide| wide > 1200.0), "{:?}", width(&window));
     assert!(window.query_by_label("Fit view").is_none() && window.query_by_label("Look").is_none());
-    picture(&mut window, "maximised_graph");
+    look(&mut window, "maximised_graph");
     // The keys of the graph work; an action of the viewport shows the other panes.
     press(&mut window, Modifiers::COMMAND, Key::A);
     assert_eq!(window.state().session().selection().count(), 4);

@@ -6,7 +6,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::{App, Journals, NodeState, Session};
 use orograph_graph::{Edit, Input, Node, Output, PortType, Registry};
 
-use crate::{built, device, graph, picture, scratch, settle, wait, window};
+use crate::{built, device, graph, look, picture, scratch, settle, wait, window};
 
 #[test]
 fn a_file_opens_and_its_nodes_are_built() {
@@ -174,13 +174,13 @@ fn a_window_has_as_many_panes_as_fit() {
         ("window_tiny", [200.0, 200.0], 1.0, [true, false, false]),
         ("window_of_scale_3", [427.0, 267.0], 3.0, [true, false, false]),
     ] {
-        let mut window = window(Some(graph("alps.ron")));
+        let mut window = window(Some(graph("hello.ron")));
         window.set_size(size.into());
         window.set_pixels_per_point(scale);
         window.state_mut().session_mut().set_cells(64);
         window.state_mut().session_mut().select_only("rivers");
         settle(&mut window);
-        picture(&mut window, name);
+        look(&mut window, name);
         let has = |window: &Harness<'_, App>| {
             ["Fit view", "graph", "uplift"].map(|label| window.query_all_by_label(label).next().is_some())
         };
@@ -190,7 +190,7 @@ fn a_window_has_as_many_panes_as_fit() {
                 window.get_by_label(tab).click();
                 window.run_steps(4);
                 assert_eq!(has(&window), seen, "{name}: {tab}");
-                picture(&mut window, &format!("{name}_{}", tab.to_lowercase()));
+                look(&mut window, &format!("{name}_{}", tab.to_lowercase()));
             }
         }
     }

@@ -8,7 +8,7 @@ use orograph_graph::{Cancel, Evaluation, Evaluator, EvaluatorOptions, Request, V
 use crate::{
     canvas::{document, selection, window_on},
     hand::{click, click_with, key, title},
-    picture, settle,
+    look, settle,
 };
 
 const HILLS: &str = "(
@@ -67,7 +67,7 @@ fn a_selection_becomes_a_subgraph_and_back() {
     assert!(window.query_by_label_contains("The 2 selected nodes move").is_some());
     // The name is proposed, and can be changed.
     assert_eq!(window.get_by_label("Name of the file").value().as_deref(), Some("scree"));
-    picture(&mut window, "subgraph_dialog");
+    look(&mut window, "subgraph_dialog");
     window.key_press(Key::Enter);
     window.run_steps(4);
     assert!(window.query_by_label_contains("selected nodes move").is_none());
@@ -77,7 +77,7 @@ fn a_selection_becomes_a_subgraph_and_back() {
     assert_eq!(document(&window).steps(), 1);
     assert_same(&before, &outputs(&window));
     settle(&mut window);
-    picture(&mut window, "subgraph");
+    look(&mut window, "subgraph");
 
     let text = document(&window).source().to_owned();
     key(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::G);
@@ -85,7 +85,7 @@ fn a_selection_becomes_a_subgraph_and_back() {
     assert_eq!(document(&window).problems(), []);
     assert_same(&before, &outputs(&window));
     settle(&mut window);
-    picture(&mut window, "inlined");
+    look(&mut window, "inlined");
     key(&mut window, Modifiers::COMMAND, Key::Z);
     assert_eq!(document(&window).source(), text);
     key(&mut window, Modifiers::COMMAND, Key::Z);
@@ -118,7 +118,7 @@ fn a_refused_subgraph_says_why() {
         window.run_steps(4);
         assert!(window.query_by_label_contains(said).is_some(), "{typed}");
     }
-    picture(&mut window, "subgraph_refused");
+    look(&mut window, "subgraph_refused");
     assert_eq!(std::fs::read_to_string(folder.path().join("taken.ron")).expect("it is still there"), "mine");
     assert_eq!(document(&window).source(), HILLS);
 }

@@ -4,7 +4,7 @@ use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use orograph_graph::ParamValue;
 
-use crate::{picture, scratch, settle, window};
+use crate::{look, scratch, settle, window};
 
 #[test]
 fn a_seed_is_kept_by_a_click() {
@@ -23,7 +23,7 @@ fn a_seed_is_kept_by_a_click() {
         window.step();
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    picture(&mut window, "variations");
+    look(&mut window, "variations");
     window.get_by_label("seed 9").click();
     window.run_steps(3);
     assert_eq!(window.state().session().document().world().seed, 9);
@@ -89,7 +89,7 @@ fn two_values_are_kept_by_a_click() {
             window.step();
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
-        picture(&mut window, &format!("two_parameters_{theme:?}"));
+        look(&mut window, &format!("two_parameters_{theme:?}"));
     }
     window.get_by_label("a.wavelength 1.35 km, b.step 20 m").click();
     window.run_steps(3);

@@ -10,7 +10,7 @@ use crate::{
     canvas::{ROW, ground, window_on},
     graph,
     hand::{at, button, click, click_with, drag, key, pull, title, wheel},
-    picture, settle, until, window,
+    look, picture, settle, until, window,
 };
 
 fn hello() -> Harness<'static, App> {
@@ -128,7 +128,7 @@ fn an_output_can_be_pinned_and_compared() {
     let compared = window.state().session().compared().map(str::to_owned);
     assert!(compared.is_some_and(|port| port != "ground.height"));
     settle(&mut window);
-    picture(&mut window, "compare");
+    look(&mut window, "compare");
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn a_line_is_measured() {
     button(&mut window, to, PointerButton::Primary, false, Modifiers::NONE);
     window.step();
     assert!(is_open(&window));
-    picture(&mut window, "measure");
+    look(&mut window, "measure");
     // it stays open while another line is drawn
     drag(&mut window, pos2(380.0, 150.0), pos2(560.0, 300.0));
     window.step();
@@ -210,7 +210,7 @@ fn the_look_chooses_colours_and_water_with_the_mouse() {
     let Some(natural) = picture(&mut window, "look_natural") else { return };
     choose(&mut window, "by slope and height", "clay");
     choose(&mut window, "From the shown node", "none");
-    picture(&mut window, "look_menu");
+    look(&mut window, "look_menu");
     // A click elsewhere closes it.
     click(&mut window, pos2(400.0, 430.0));
     assert!(window.query_by_label("Reset look").is_none());
@@ -306,5 +306,5 @@ fn the_pointer_reads_all_layers() {
     let values: Vec<&str> = read.split(", ").collect();
     assert!(values.iter().any(|value| value.starts_with("hill.value  ") && value.ends_with(" m")), "{read}");
     assert!(values.contains(&"depth.value  3 m"), "{read}");
-    picture(&mut window, "layers_at_the_pointer");
+    look(&mut window, "layers_at_the_pointer");
 }

@@ -7,7 +7,7 @@ use orograph::editor::App;
 use crate::{
     canvas::{ROW, document, window_on},
     hand::{at, button, click, drag, key, title, type_text, wheel},
-    picture,
+    look,
 };
 
 const WIRE: &str = "point 1 of the wire into steps.height";
@@ -54,7 +54,7 @@ fn a_wire_is_routed_by_hand() {
     window.run_steps(30);
     assert_eq!(places(&window).len(), 2);
     assert_eq!(places(&window)[0], moved[0], "in the order of the wire");
-    picture(&mut window, "ways");
+    look(&mut window, "ways");
 
     window.state_mut().session_mut().save();
     let saved = std::fs::read_to_string(folder.path().join("graph.ron")).expect("saved");
@@ -115,7 +115,7 @@ fn a_note_is_shown_below_its_node() {
     window.hover_at(node);
     window.step();
     wheel(&mut window, 5.0);
-    picture(&mut window, "note");
+    look(&mut window, "note");
     window.state_mut().session_mut().save();
     let saved = std::fs::read_to_string(folder.path().join("graph.ron")).expect("saved");
     assert!(saved.contains("notes: {") && saved.contains("\"ground\": \"Crests"), "{saved}");

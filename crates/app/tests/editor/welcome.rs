@@ -3,7 +3,7 @@
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
-use crate::{harness, picture, settle};
+use crate::{harness, look, settle};
 
 fn welcomed(size: [f32; 2]) -> Harness<'static, App> {
     harness(size).with_step_dt(1.0 / 60.0).build_eframe(|context| {
@@ -16,7 +16,7 @@ fn an_example_is_opened_from_its_picture() {
     crate::draws();
     let mut window = welcomed([1280.0, 800.0]);
     window.run_steps(3);
-    picture(&mut window, "welcome");
+    look(&mut window, "welcome");
     window.get_by_label("Mountains").click();
     window.run_steps(3);
     assert!(window.query_by_label("Welcome to Orograph").is_none(), "the page is closed");

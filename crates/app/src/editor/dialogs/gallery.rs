@@ -60,6 +60,7 @@ const EXAMPLES: &[Example] = examples! {
     "highlands" "Moors and glens";
     "badlands" "Badlands" output "colour";
     "foldbelt" "A fold belt";
+    "coast_range" "A dissected coastal range";
     "basin_and_range" "Basins and ranges" output "colour";
     "terraces" "Terraced fields" output "colour";
     "ridge" "A reusable range";
