@@ -125,7 +125,7 @@ params! {
     /// It applies to each octave of wavelengths, from 4 √A₀ down to two cells.
     irregularity: f64 = 0.15, One, 0.0..=0.5, soft 0..=0.3, given headwater_area;
     /// Creep that rounds features as small as a cell, relative to what headwaters erode in the same time.
-    rounding: f64 = 0.2, One, 0.0..=100.0, soft 0..=0.5;
+    rounding: f64 = 0.1, One, 0.0..=100.0, soft 0..=0.5;
     /// How much rivers wind: how much the erodibility varies from cell to cell along them.
     ///
     /// It is the standard deviation of its natural logarithm. With 0, rivers run straight for long stretches.

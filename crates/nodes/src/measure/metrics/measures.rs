@@ -42,7 +42,7 @@ pub static MEASURES: &[MeasureSpec] = &[
     measure(
         "roughness.two_cells",
         "",
-        "Root mean square deviation of cells from the mean of their 3 x 3 neighbourhood, divided by the drop across one cell at the median slope.",
+        "Root mean square deviation of cells from their 3 x 3 mean, over the drop across one cell at the median slope.",
     ),
     measure(
         "roughness.ruggedness",
