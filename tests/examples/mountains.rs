@@ -3,12 +3,15 @@
 //! with three elevation models first. Cells are 30 to 100 m; pictures show the centre of each terrain, measures cover
 //! all of it.
 
-use std::{error::Error, num::NonZero, path::Path};
+use std::{error::Error, path::Path};
 
 use image::{GrayImage, Luma};
-use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Window};
+use orograph_graph::{Document, Field};
 use orograph_nodes::registry;
-use orograph_tests::Look;
+use orograph_tests::{
+    Look,
+    relief::{self, built},
+};
 
 /// Side of a picture in cells.
 const SIDE: usize = 250;
@@ -47,13 +50,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             "(format: 1, world: (size: {size}, cells: {cells}), nodes: {{ \"land\": Import(file: \"{file}\") }}, \
              outputs: {{ \"height\": \"land\" }})"
         );
-        let land = land(&Document::parse(&text, &registry()), &root, cells)?;
+        let land = built(&Document::parse(&text, &registry()), &root, cells)?;
         row(file, &land);
         shades.push(shade(&land));
     }
     for (graph, cells) in GRAPHS {
         let document = Document::load(root.join(format!("graphs/{graph}.ron")), &registry())?;
-        let land = land(&document, &root.join("graphs"), cells)?;
+        let land = built(&document, &root.join("graphs"), cells)?;
         row(&format!("graphs/{graph}.ron"), &land);
         shades.push(shade(&land));
     }
@@ -66,17 +69,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     picture.save(sheet)?;
     Ok(())
-}
-
-/// The output `height` of a document at this number of cells.
-fn land(document: &Document, folder: &Path, cells: u32) -> Result<Field, Box<dyn Error>> {
-    let expanded = document.expand();
-    let output = expanded.outputs.iter().find(|output| output.name == "height").ok_or("no output `height`")?;
-    let threads = NonZero::new(2);
-    let evaluator = Evaluator::new(EvaluatorOptions { threads, ..EvaluatorOptions::default() })?;
-    let window = Window::whole(document.world().with_cells_along_x(cells));
-    let values = evaluator.values(&expanded.graph, folder, &[output.port], window)?;
-    Ok(values[0].as_field().ok_or("no heights")?.clone())
 }
 
 /// Prints the measures of a terrain as a row of a Markdown table.
@@ -94,13 +86,8 @@ fn row(name: &str, land: &Field) {
 fn shade(land: &Field) -> GrayImage {
     let (nx, ny) = (land.window().nx(), land.window().ny());
     let (left, top) = ((nx - SIDE.min(nx)) / 2, (ny - SIDE.min(ny)) / 2);
-    let at = |x: usize, y: usize| f64::from(land.samples()[y.min(ny - 1) * nx + x.min(nx - 1)]);
-    GrayImage::from_fn(SIDE as u32, SIDE as u32, |x, y| {
-        let (x, y) = (left + x as usize, top + y as usize);
-        let across_m = 2.0 * land.window().cell_m();
-        let east = (at(x + 1, y) - at(x.saturating_sub(1), y)) / across_m;
-        let south = (at(x, y + 1) - at(x, y.saturating_sub(1))) / across_m;
-        let light = (0.707 + 0.5 * (east + south)) / (1.0 + east * east + south * south).sqrt();
-        Luma([(light.clamp(0.0, 1.0) * 255.0) as u8])
+    let place = |from: usize, at: isize, count: usize| from.saturating_add_signed(at).min(count - 1);
+    relief::shade(SIDE, land.window().cell_m(), |x, y| {
+        f64::from(land.samples()[place(top, y, ny) * nx + place(left, x, nx)])
     })
 }

@@ -7,6 +7,7 @@ pub mod gpu;
 mod land;
 mod look;
 mod pictures;
+pub mod relief;
 mod resolution;
 mod run;
 mod scratch;
