@@ -486,7 +486,7 @@ mod tests {
         for (what, action) in [
             ("add a node", Action::Add),
             ("bypass a node", Action::Mute),
-            ("delete a node, keep its wires", Action::Delete),
+            ("delete a node and reconnect its neighbours", Action::Delete),
             ("duplicate", Action::Duplicate),
             ("keep a terrain in view", Action::PinToViewport),
             ("frame everything", Action::FitAll),
