@@ -10,15 +10,15 @@ use orograph_graph::{Document, Field};
 use orograph_nodes::registry;
 use orograph_tests::{
     Look,
-    relief::{self, built},
+    relief::{built, shade},
 };
 
 /// Side of a picture in cells.
-const SIDE: usize = 250;
+const SIDE: u32 = 250;
 /// Pictures per row.
-const COLUMNS: usize = 4;
+const COLUMNS: u32 = 4;
 /// Gap between pictures, in pixels.
-const GAP: usize = 6;
+const GAP: u32 = 6;
 
 /// A graph, and the cells along its longer side.
 const GRAPHS: [(&str, u32); 8] = [
@@ -52,20 +52,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         let land = built(&Document::parse(&text, &registry()), &root, cells)?;
         row(file, &land);
-        shades.push(shade(&land));
+        shades.push(centre(&land));
     }
     for (graph, cells) in GRAPHS {
         let document = Document::load(root.join(format!("graphs/{graph}.ron")), &registry())?;
         let land = built(&document, &root.join("graphs"), cells)?;
         row(&format!("graphs/{graph}.ron"), &land);
-        shades.push(shade(&land));
+        shades.push(centre(&land));
     }
-    let rows = shades.len().div_ceil(COLUMNS);
+    let rows = (shades.len() as u32).div_ceil(COLUMNS);
     let pitch = SIDE + GAP;
-    let mut picture = GrayImage::from_pixel((COLUMNS * pitch) as u32, (rows * pitch) as u32, Luma([255]));
-    for (at, shade) in shades.iter().enumerate() {
-        let corner = [at % COLUMNS * pitch, at / COLUMNS * pitch].map(|place| place as i64);
-        image::imageops::replace(&mut picture, shade, corner[0], corner[1]);
+    let mut picture = GrayImage::from_pixel(COLUMNS * pitch, rows * pitch, Luma([255]));
+    for (at, shade) in (0..).zip(&shades) {
+        let [x, y] = [at % COLUMNS, at / COLUMNS].map(|place: u32| i64::from(place * pitch));
+        image::imageops::replace(&mut picture, shade, x, y);
     }
     picture.save(sheet)?;
     Ok(())
@@ -82,12 +82,9 @@ fn row(name: &str, land: &Field) {
     }
 }
 
-/// A hillshade of the centre of a terrain, lit from the north-west.
-fn shade(land: &Field) -> GrayImage {
-    let (nx, ny) = (land.window().nx(), land.window().ny());
-    let (left, top) = ((nx - SIDE.min(nx)) / 2, (ny - SIDE.min(ny)) / 2);
-    let place = |from: usize, at: isize, count: usize| from.saturating_add_signed(at).min(count - 1);
-    relief::shade(SIDE, land.window().cell_m(), |x, y| {
-        f64::from(land.samples()[place(top, y, ny) * nx + place(left, x, nx)])
-    })
+/// The centre of a hillshade.
+fn centre(land: &Field) -> GrayImage {
+    let shade = shade(land);
+    let [left, top] = [shade.width(), shade.height()].map(|count| count.saturating_sub(SIDE) / 2);
+    image::imageops::crop_imm(&shade, left, top, SIDE, SIDE).to_image()
 }

@@ -9,9 +9,13 @@
 use std::{collections::BTreeMap, error::Error, fmt::Write as _, path::Path};
 
 use image::{GrayImage, Luma, imageops};
-use orograph_graph::{Document, Field, mix};
-use orograph_nodes::registry;
+use orograph_graph::{Document, Field, Window, World};
+use orograph_nodes::{
+    raster::{GridAxis, resample},
+    registry,
+};
 use orograph_tests::{
+    Draw, Look,
     relief::{built, shade},
     root,
 };
@@ -31,69 +35,59 @@ const SIDE: usize = 90;
 /// Pixels of a cell, and between halves.
 const SCALE: usize = 5;
 const GAP: usize = 10;
-/// Land with a smaller median slope is left out where there is steeper land, in metres per metre.
-const STEEP: f64 = 0.16;
+/// Places with a smaller median of the slopes above 5° are left out where there are steeper ones.
+const STEEP: f64 = 12.0;
 /// How often a place is drawn until it is steep and apart from the others of its terrain.
 const DRAWS: usize = 3000;
 
-/// Random numbers.
-struct Draws(u32);
-
-impl Draws {
-    fn below(&mut self, count: usize) -> usize {
-        self.0 = mix(self.0.wrapping_add(0x9E37_79B9));
-        self.0 as usize % count
-    }
-}
-
 /// A terrain, and the corners of what was shown of it.
 struct Terrain {
-    heights: Vec<f64>,
-    nx: usize,
-    ny: usize,
-    cell_m: f64,
+    land: Field,
     shown: Vec<[usize; 2]>,
 }
 
 impl Terrain {
     /// Means over squares of `factor` cells.
-    fn new(land: &Field, factor: usize) -> Self {
-        let [nx, ny] = [land.window().nx(), land.window().ny()].map(|count| count / factor);
-        let mean = |cell: usize| {
-            let (x, y) = (cell % nx * factor, cell / nx * factor);
-            let cells = (0..factor * factor).map(|at| (y + at / factor) * land.window().nx() + x + at % factor);
-            cells.map(|cell| f64::from(land.samples()[cell])).sum::<f64>() / (factor * factor) as f64
+    fn new(land: &Field, factor: usize) -> Result<Self, Box<dyn Error>> {
+        let source = [land.window().nx(), land.window().ny()];
+        let axes = source.map(|source| GridAxis { source, offset: 0.0, step: factor as f64 });
+        let cells = source.map(|count| (count / factor) as u32);
+        let samples = resample(land.samples(), axes, [0, 0], cells, None, &|| Ok(()))?;
+        let cell_m = land.window().cell_m() * factor as f64;
+        let world = World { size: cells.map(|count| f64::from(count) * cell_m), cells, ..World::default() };
+        Ok(Self { land: Field::new(Window::whole(world), samples), shown: Vec::new() })
+    }
+
+    fn cell_m(&self) -> f64 {
+        self.land.window().cell_m()
+    }
+
+    /// Heights of a square and of the cells around it, turned and flipped as `place` tells.
+    fn part(&self, [left, top]: [usize; 2], place: impl Fn([usize; 2]) -> [usize; 2]) -> Field {
+        let side = SIDE + 2;
+        let world = World { size: [side as f64 * self.cell_m(); 2], cells: [side as u32; 2], ..World::default() };
+        let sample = |cell: usize| {
+            let [x, y] = place([cell % side, cell / side]);
+            self.land.samples()[(top + y) * self.land.window().nx() + left + x]
         };
-        let heights = (0..nx * ny).map(mean).collect();
-        Self { heights, nx, ny, cell_m: land.window().cell_m() * factor as f64, shown: Vec::new() }
-    }
-
-    fn is_large_enough(&self) -> bool {
-        self.nx.min(self.ny) >= SIDE + 2
-    }
-
-    /// The median slope of every other cell of a square, or none where it has no data.
-    fn slope(&self, [left, top]: [usize; 2]) -> Option<f64> {
-        let at = |x: usize, y: usize| self.heights[(top + y) * self.nx + left + x];
-        let cells = (0..SIDE * SIDE / 4).map(|cell| (1 + cell % (SIDE / 2) * 2, 1 + cell / (SIDE / 2) * 2));
-        let mut slopes: Vec<f64> = cells
-            .map(|(x, y)| {
-                let (east, south) = (at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1));
-                (east * east + south * south).sqrt() / (2.0 * self.cell_m)
-            })
-            .collect();
-        slopes.sort_unstable_by(f64::total_cmp);
-        slopes.last().filter(|last| last.is_finite())?;
-        Some(slopes[slopes.len() / 2])
+        Field::new(Window::whole(world), (0..side * side).map(sample).collect())
     }
 
     /// A hillshade of a place that was not shown yet: the first steep one that is drawn, or else the steepest.
-    fn picture(&mut self, draws: &mut Draws) -> Result<GrayImage, Box<dyn Error>> {
+    fn picture(&mut self, draw: &mut Draw) -> Result<GrayImage, Box<dyn Error>> {
+        let counts = [self.land.window().nx(), self.land.window().ny()];
+        if counts.iter().any(|&count| count < SIDE + 2) {
+            return Err(format!("{} x {} cells are too few", counts[0], counts[1]).into());
+        }
         let mut best: Option<(f64, [usize; 2])> = None;
         for _ in 0..DRAWS {
-            let corner = [self.nx, self.ny].map(|count| draws.below(count - SIDE - 1));
+            let corner = counts.map(|count| draw.below(count - SIDE - 1));
             let is_near = |shown: &[usize; 2]| (0..2).all(|axis| shown[axis].abs_diff(corner[axis]) < SIDE * 4 / 5);
-            let Some(slope) = self.slope(corner).filter(|_| !self.shown.iter().any(is_near)) else { continue };
+            if self.shown.iter().any(is_near) {
+                continue;
+            }
+            let look = Look::of(&self.part(corner, |place| place));
+            let Some(slope) = look.map(|look| look.median).filter(|slope| slope.is_finite()) else { continue };
             if best.is_none_or(|(steepest, _)| slope > steepest) {
                 best = Some((slope, corner));
             }
@@ -103,18 +97,13 @@ impl Terrain {
         }
         let (_, corner) = best.ok_or("no place is left that was not shown")?;
         self.shown.push(corner);
-        let (turns, flips) = (draws.below(4), draws.below(2) == 1);
-        let last = SIDE as isize - 1;
-        Ok(shade(SIDE, self.cell_m, |mut x, mut y| {
-            if flips {
-                x = last - x;
-            }
-            for _ in 0..turns {
-                (x, y) = (y, last - x);
-            }
-            let [column, row] = [(corner[0], x), (corner[1], y)].map(|(from, at)| from.saturating_add_signed(at + 1));
-            self.heights[row * self.nx + column]
-        }))
+        let (turns, flips) = (draw.below(4), draw.below(2) == 1);
+        let turned = |place: [usize; 2]| {
+            let flipped = if flips { [SIDE + 1 - place[0], place[1]] } else { place };
+            (0..turns).fold(flipped, |[x, y], _| [y, SIDE + 1 - x])
+        };
+        let shade = shade(&self.part(corner, turned));
+        Ok(imageops::crop_imm(&shade, 1, 1, SIDE as u32, SIDE as u32).to_image())
     }
 }
 
@@ -122,7 +111,7 @@ impl Terrain {
 fn made(graph: &str, cell_m: f64) -> Result<Terrain, Box<dyn Error>> {
     let document = Document::load(root().join(format!("graphs/{graph}.ron")), &registry())?;
     let cells = (document.world().size[0] / cell_m).round() as u32;
-    Ok(Terrain::new(&built(&document, &root().join("graphs"), 2 * cells)?, 2))
+    Terrain::new(&built(&document, &root().join("graphs"), 2 * cells)?, 2)
 }
 
 fn model(name: &str, factor: usize) -> Result<Terrain, Box<dyn Error>> {
@@ -132,7 +121,7 @@ fn model(name: &str, factor: usize) -> Result<Terrain, Box<dyn Error>> {
     );
     let folder = root().join("tests/data/dems");
     let document = Document::parse_at(text, folder.join("pairs.ron"), &registry());
-    Ok(Terrain::new(&built(&document, &folder, document.world().cells[0])?, factor))
+    Terrain::new(&built(&document, &folder, document.world().cells[0])?, factor)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -140,12 +129,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (Some(folder), Some(seed)) = (arguments.next(), arguments.next()) else {
         return Err("name a folder and a seed".into());
     };
-    let (folder, mut draws) = (Path::new(&folder), Draws(seed.parse()?));
+    let (folder, mut draw) = (Path::new(&folder), Draw(seed.parse()?));
     std::fs::create_dir_all(folder)?;
     let mut terrains: BTreeMap<String, Terrain> = BTreeMap::new();
     let mut order: Vec<usize> = (0..PAIRS).collect();
     for at in (1..PAIRS).rev() {
-        order.swap(at, draws.below(at + 1));
+        order.swap(at, draw.below(at + 1));
     }
     let mut key = String::new();
     for pair in 0..PAIRS {
@@ -153,18 +142,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         if !terrains.contains_key(name) {
             terrains.insert(name.to_owned(), model(name, factor)?);
         }
-        let cell_m = terrains[name].cell_m;
-        let graph = graphs[draws.below(graphs.len())];
+        let cell_m = terrains[name].cell_m();
+        let graph = graphs[draw.below(graphs.len())];
         let made_name = format!("{graph}.ron with cells of {cell_m:.0} m");
         if !terrains.contains_key(&made_name) {
             eprintln!("{made_name}");
             terrains.insert(made_name.clone(), made(graph, cell_m)?);
         }
-        let mut halves = [name, made_name.as_str()].map(|name| -> Result<GrayImage, Box<dyn Error>> {
-            let terrain = terrains.get_mut(name).filter(|terrain| terrain.is_large_enough());
-            terrain.ok_or_else(|| format!("{name} is too small"))?.picture(&mut draws)
+        let mut halves = [name, made_name.as_str()].map(|name| {
+            terrains.get_mut(name).ok_or_else(|| format!("no {name}").into()).and_then(|it| it.picture(&mut draw))
         });
-        let is_right = draws.below(2) == 1;
+        let is_right = draw.below(2) == 1;
         if !is_right {
             halves.swap(0, 1);
         }

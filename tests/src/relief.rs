@@ -1,11 +1,12 @@
-//! Heights of graphs and of elevation models as grey hillshades.
+//! Heights of graphs and of elevation models, and their grey hillshades.
 
 use std::{error::Error, num::NonZero, path::Path};
 
 use image::{GrayImage, Luma};
 use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Window};
+use orograph_nodes::render::hillshade::{self, Light, Params};
 
-/// Builds the output `height` of a document with this number of cells along the x axis.
+/// Builds the output `height` of a document with this number of cells along the x axis, on two threads.
 ///
 /// # Errors
 /// There is no such output, or it cannot be built.
@@ -19,15 +20,12 @@ pub fn built(document: &Document, folder: &Path, cells: u32) -> Result<Field, Bo
     Ok(values[0].as_field().ok_or("no heights")?.clone())
 }
 
-/// A square hillshade lit from the north-west. `at` gives the height at a column and a row; columns and rows beyond the
-/// sides of the picture by one are read as well, from −1 on.
+/// A plain hillshade: one sun in the north-west, 45° high, without shadows and without exaggeration.
 #[must_use]
-pub fn shade(side: usize, cell_m: f64, at: impl Fn(isize, isize) -> f64) -> GrayImage {
-    GrayImage::from_fn(side as u32, side as u32, |x, y| {
-        let (x, y) = (x as isize, y as isize);
-        let east = (at(x + 1, y) - at(x - 1, y)) / (2.0 * cell_m);
-        let south = (at(x, y + 1) - at(x, y - 1)) / (2.0 * cell_m);
-        let light = (0.707 + 0.5 * (east + south)) / (1.0 + east * east + south * south).sqrt();
-        Luma([(light.clamp(0.0, 1.0) * 255.0) as u8])
+pub fn shade(heights: &Field) -> GrayImage {
+    let [light, _] = hillshade::relief(heights, &Params { light: Light::Single, shadows: 0.0, ..Params::default() });
+    let nx = heights.window().nx();
+    GrayImage::from_fn(nx as u32, heights.window().ny() as u32, |x, y| {
+        Luma([(light.samples()[y as usize * nx + x as usize] * 255.0) as u8])
     })
 }

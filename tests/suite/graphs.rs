@@ -6,18 +6,18 @@ use std::{num::NonZero, ops::RangeInclusive, path::PathBuf};
 use orograph::report::measure::measure;
 use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Field, Port, Value, Window, World, format_source};
 use orograph_nodes::registry;
-use orograph_tests::{Look, root, validation_hash};
+use orograph_tests::{Look, relief, root, validation_hash};
 
-/// Graphs with mountains, and cells along the world's longer side that resolve their slopes. The Alps have their own
+/// Graphs with mountains, and cells along the x axis that resolve their slopes. The Alps have their own
 /// test.
-const SMALL: [(&str, f64); 7] = [
-    ("hello", 300.0),
-    ("ridge", 300.0),
-    ("two_ranges", 400.0),
-    ("ridges", 546.0),
-    ("belts", 400.0),
-    ("carve_dem", 512.0),
-    ("fault", 500.0),
+const SMALL: [(&str, u32); 7] = [
+    ("hello", 300),
+    ("ridge", 300),
+    ("two_ranges", 400),
+    ("ridges", 546),
+    ("belts", 400),
+    ("carve_dem", 512),
+    ("fault", 500),
 ];
 
 fn folder() -> PathBuf {
@@ -70,11 +70,10 @@ fn every_graph_builds_to_the_same_bytes_on_one_and_two_threads() {
     }
 }
 
-/// The output `height` of a graph, at this number of cells along the world's longer side.
-fn land(graph: &str, longer: f64) -> Field {
+/// The output `height` of a graph, with this number of cells along the x axis.
+fn land(graph: &str, cells: u32) -> Field {
     let document = Document::load(folder().join(format!("{graph}.ron")), &registry()).expect("a graph file");
-    let at = document.outputs().iter().position(|output| output.name == "height").expect("the land");
-    build(&document, longer, 2)[at].as_field().expect("heights").clone()
+    relief::built(&document, &folder(), cells).expect("the land")
 }
 
 /// Measures of drainage and of small forms, and the windows of real mountains.
@@ -116,7 +115,7 @@ fn mountains_have_slopes_of_many_angles_and_real_valleys() {
 /// Measures of the Alps with cells of 80 m: relief, slopes and hypsometric integral of an area 30 km wide.
 #[test]
 fn the_alps_are_alpine() {
-    let land = land("alps", 750.0);
+    let land = land("alps", 750);
     assert_eq!(Look::of(&land).expect("slopes").faults(), None);
     assert_eq!(forms_outside(&land), [""; 0]);
     let height = |x: usize, y: usize| f64::from(land.samples()[y * 750 + x]);
@@ -146,7 +145,7 @@ fn the_alps_are_alpine() {
 /// m.
 #[test]
 fn the_himalaya_is_high_and_steep() {
-    let land = land("himalaya", 300.0);
+    let land = land("himalaya", 300);
     assert_eq!(Look::of(&land).expect("slopes").faults(), None);
     let (low, high) = land.range(0).expect("heights");
     assert!((3600.0..6000.0).contains(&(high - low)), "{low} to {high}");
@@ -157,9 +156,9 @@ fn the_himalaya_is_high_and_steep() {
 #[test]
 fn valleys_have_the_form_of_what_cut_them() {
     for (graph, cells, indices, exponents) in [
-        ("glen", 400.0, 0.06..=0.25, 1.35..=2.3),
-        ("fjords", 300.0, 0.06..=0.4, 1.5..=2.2),
-        ("canyon", 600.0, -0.25..=0.25, 1.0..=1.5),
+        ("glen", 400, 0.06..=0.25, 1.35..=2.3),
+        ("fjords", 300, 0.06..=0.4, 1.5..=2.2),
+        ("canyon", 600, -0.25..=0.25, 1.0..=1.5),
     ] {
         let report = measure(&land(graph, cells), &registry(), &Cancel::default()).expect("measures");
         let [index, exponent] =

@@ -16,7 +16,7 @@ use super::area::Area;
 use crate::numerics::{par, routing::Grid};
 
 /// The area at which half of the ground is saturated, as a share of A₀.
-const SOAKED: f64 = 0.02;
+const SATURATED: f64 = 0.02;
 /// More water than so many times what soaks half of the ground makes no wider hollow.
 const MOST: f32 = 8.0;
 /// Rows of a strip.
@@ -106,7 +106,7 @@ impl Steepest {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn soak(&mut self, job: &Job<'_>, grid: &Grid, codes: &[u8], area: &Area<'_>) -> Result<(), NodeError> {
-        let saturated_m2 = SOAKED * area.headwater_m2();
+        let saturated_m2 = SATURATED * area.headwater_m2();
         if self.gullies <= 0.0 || saturated_m2 <= 0.0 || !self.is_limited() {
             return Ok(());
         }
