@@ -17,6 +17,11 @@ pub(super) fn calculated(unit: Unit, text: &str) -> String {
     if is_value { text.to_owned() } else { result().map_or_else(|| text.to_owned(), |value| written(unit, value)) }
 }
 
+/// A number that you can also type with its unit, or as a calculation.
+pub(super) fn typed(value: egui::DragValue<'_>, unit: Unit) -> egui::DragValue<'_> {
+    value.custom_parser(move |text| unit.parse(&calculated(unit, text)).ok())
+}
+
 /// A number in the base unit as text: at a readable scale if that is exact, otherwise with twelve digits.
 fn written(unit: Unit, value: f64) -> String {
     let readable = unit.display(value);

@@ -384,6 +384,20 @@ fn a_node_dropped_on_a_wire_is_inserted() {
 }
 
 #[test]
+fn a_node_laid_with_its_pins_on_a_wire_is_inserted_and_the_next_ones_make_room() {
+    let (mut window, _folder) = window_on(ROW);
+    let [from, to] = ["output ground.height", "input steps.height"].map(|pin| at(&window, pin));
+    let [start, pin] = [title(&window, "lonely"), at(&window, "input lonely.height")];
+    // The input lies on the wire, close to the node that reads it.
+    drag(&mut window, start, start + (from.lerp(to, 0.9) - pin));
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
+    assert_eq!(source_of(&window, "steps", 0).as_deref(), Some("lonely.height"));
+    let [new, after] = ["lonely", "steps"].map(|node| place_of(&window, node).expect("it has a place")[0]);
+    assert!(after >= new + 180.0, "{new} {after}");
+    assert_eq!(document(&window).steps(), 1);
+}
+
+#[test]
 fn menus_act_on_their_subject() {
     let (mut window, _folder) = window_on(ROW);
     let [from, to] = ["output ground.height", "input steps.height"].map(|pin| at(&window, pin));

@@ -1,7 +1,10 @@
 //! Tests of the inspector: every kind of value has a widget, and a refused value shows the reason.
 
 use egui::{Key, accesskit::Role};
-use egui_kittest::{Harness, kittest::Queryable as _};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT as _, Queryable as _},
+};
 use orograph::editor::App;
 use orograph_graph::{GeoPlace, ParamValue, Port};
 
@@ -473,6 +476,24 @@ fn the_planes_of_colours_and_weights_are_named() {
     window.run_steps(3);
     for layer in ["first: ", "fourth: "] {
         assert!(window.query_by_label_contains(layer).is_some(), "{layer}");
+    }
+}
+
+#[test]
+fn a_histogram_says_what_its_axes_measure() {
+    crate::draws();
+    let mut window = selected("hello.ron", "ground");
+    window.set_size(egui::vec2(1280.0, 1500.0));
+    window.run_steps(3);
+    for theme in [egui::Theme::Dark, egui::Theme::Light] {
+        window.ctx.set_theme(theme);
+        let (name, area) = {
+            let bars = window.get_by_label_contains("histogram: ");
+            (bars.accesskit_node().label().unwrap_or_default(), bars.rect())
+        };
+        assert!(name.contains(" m to ") && name.contains(" % of the cells in a bar"), "{name}");
+        assert!(area.height() > 80.0 && area.bottom() < 1480.0, "{area:?}");
+        look(&mut window, &format!("histogram_{theme:?}"));
     }
 }
 

@@ -140,10 +140,14 @@ fn an_example_is_opened_as_a_copy_that_finds_its_files() {
 
 #[test]
 fn preview_resolution_and_theme_are_chosen_in_menus() {
-    let mut window = window(Some(graph("hello.ron")));
+    // In a folder of its own, as the choice is kept for the file.
+    let folder = scratch(&std::fs::read_to_string(graph("hello.ron")).expect("there"));
+    let file = folder.path().join("graph.ron");
+    let mut window = window(Some(file.clone()));
     window.run_steps(2);
+    assert!(window.query_by_label("24 km x 24 km").is_some(), "the extent of the world");
     let combos = window.query_all_by_role(Role::ComboBox);
-    let preview = combos.into_iter().find(|combo| combo.value().as_deref() == Some("Preview: 512 x 512 (full)"));
+    let preview = combos.into_iter().find(|combo| combo.value().as_deref() == Some("Preview 512 of 512"));
     preview.expect("the choice of cells").click();
     window.run_steps(3);
     window.get_by_label("256").click();
@@ -154,6 +158,12 @@ fn preview_resolution_and_theme_are_chosen_in_menus() {
     inner(&mut window, "View", "Theme", "Same as the system");
     inner(&mut window, "View", "Preview resolution", "128");
     assert_eq!(window.state().session().cells(), 128);
+    let mut again = self::window(Some(file));
+    again.step();
+    assert_eq!(again.state().session().cells(), 128, "kept for the file");
+    assert!(
+        again.query_all_by_role(Role::ComboBox).any(|combo| combo.value().as_deref() == Some("Preview 128 of 512"))
+    );
     menu(&mut window, "Help", "Keys and mouse");
     assert!(window.query_by_label("Type a value with its unit; Enter applies, Escape cancels").is_some());
 }

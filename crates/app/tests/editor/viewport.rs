@@ -132,6 +132,21 @@ fn an_output_can_be_pinned_and_compared() {
 }
 
 #[test]
+fn a_node_is_compared_with_its_input() {
+    let mut window = hello();
+    for (node, input) in [("rivers", "ground.height"), ("ground", "rivers.height")] {
+        window.state_mut().session_mut().select_only(node);
+        window.step();
+        window.get_by_label("A|B").click();
+        window.run_steps(2);
+        assert_eq!(window.state().session().compared(), Some(input), "{node}");
+        window.get_by_label("A|B").click();
+        window.run_steps(2);
+        assert_eq!(window.state().session().compared(), None);
+    }
+}
+
+#[test]
 fn a_line_is_measured() {
     crate::draws();
     let mut window = hello();

@@ -1,5 +1,7 @@
 //! A river and a road, drawn with the mouse on the terrain, shape it, and can be dragged after the file is opened again.
 
+use std::process::Command;
+
 use image::Rgb;
 use orograph_graph::{Document, ParamValue};
 
@@ -100,6 +102,15 @@ impl EditorProcess {
         let others = (0..now.len()).filter(|at| *at != point);
         assert!(others.into_iter().all(|at| now[at] == before[at]), "only one point moves: {before:?} {now:?}");
     }
+
+    /// The terrain of the saved file, as a raster file.
+    fn terrain(&self) -> Vec<u8> {
+        let out = self.folder.path().join("out");
+        let mut run = Command::new(env!("CARGO_BIN_EXE_orograph"));
+        let run = run.arg("run").arg(self.file()).args(["--only", "height", "-o"]).arg(&out);
+        assert!(run.output().expect("it runs").status.success());
+        std::fs::read(out.join("height.exr")).expect("it is built")
+    }
 }
 
 #[test]
@@ -115,9 +126,12 @@ fn a_river_and_a_road_are_drawn_and_dragged_again_after_reopening() {
         let seen = until("a picture", || editor.screen.picture());
         seen.save(std::path::PathBuf::from(folder).join("window_drawn.png")).expect("the folder can be written to");
     }
+    let level = editor.terrain();
     editor.screen.keys(&["ctrl+s"]);
     editor.until_saved();
     editor.kill();
+    let drawn = editor.terrain();
+    assert!(drawn != level, "the drawn lines shape the terrain");
 
     // Opened again, both lines are dragged where they are seen.
     editor.start();
@@ -130,4 +144,5 @@ fn a_river_and_a_road_are_drawn_and_dragged_again_after_reopening() {
     editor.pull("road", 0, [ROAD[0], [ROAD[0][0] + 60, ROAD[0][1] - 5]], &road);
     editor.screen.keys(&["ctrl+s"]);
     editor.until_saved();
+    assert!(editor.terrain() != drawn, "the dragged lines shape it again");
 }

@@ -10,7 +10,7 @@ use super::{
     hit::Hit,
     lens::Lens,
     menu::Menu,
-    model::{Area, Card, Model, Side, Spot, Wire, WireName},
+    model::{Area, Card, Model, Side, Spot, WIDTH, Wire, WireName},
     overlay::{self, Rename},
     paint::Brush,
     palette::{Palette, Purpose},
@@ -489,6 +489,7 @@ impl Canvas {
             }
             Gesture::Move { starts, ways, onto, held, .. } => {
                 let ends = self.take_back(starts);
+                let right = self.model.find(&held).and_then(|card| ends.get(&card)).map(|end| end.x + WIDTH);
                 let mut edits: Vec<Edit> = commands::moved(&self.model, ends).into_iter().collect();
                 edits.extend(commands::ways(&self.model, &ways));
                 self.model.put_ways(&ways, Vec2::ZERO);
@@ -497,6 +498,9 @@ impl Canvas {
                     let kind = self.model.find(&held).and_then(|card| self.model.cards[card].index);
                     let kind = kind.map(|index| session.document().graph().instance(index).node);
                     let wires = kind.and_then(|kind| commands::into_wire(&self.model, &wire, kind, &held));
+                    if let (Some(_), Some(right)) = (&wires, right) {
+                        edits.extend(commands::aside(&self.model, wire.to.card, right));
+                    }
                     edits.extend(wires.into_iter().flatten());
                 }
                 if !edits.is_empty() {
@@ -572,11 +576,12 @@ fn wire_below(model: &Model, lens: Lens, card: usize, session: &Session) -> Opti
     let fits = |wire: &Wire| {
         wire.from.card != card && wire.to.card != card && commands::into_wire(model, wire, kind, &held.name).is_some()
     };
-    // The wire must be under the upper part of the card's body.
+    // The wire must be under the upper part of the card's body, or under one of its pins.
     let middle = lens.to_screen(held.at + held.size() * 0.5);
     let top = lens.to_screen(held.at + egui::vec2(held.size().x * 0.5, 18.0));
     let wanted = |position: usize| fits(&model.wires[position]);
     let near = |point: Pos2| model.wire_at(lens, point, wanted);
     let steps = (0..=4).map(|step| top.lerp(middle, step as f32 / 4.0));
-    steps.into_iter().find_map(near)
+    let pins = model.spots(card).map(|spot| lens.to_screen(model.pin_at(spot)));
+    steps.chain(pins).find_map(near)
 }

@@ -10,6 +10,7 @@ mod eyedropper;
 mod file;
 mod form;
 mod gradient;
+mod histogram;
 mod manual;
 mod node;
 mod note;

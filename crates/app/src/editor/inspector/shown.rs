@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use egui::{Grid, Label, RichText, Ui, vec2};
-use orograph_graph::{Field, Lines, PortType, Report, Unit, Value, plain};
+use egui::{Grid, Label, RichText, Ui};
+use orograph_graph::{Lines, PortType, Report, Unit, Value, plain};
 
-use super::form::{section, words};
+use super::{
+    form::{section, words},
+    histogram::{self, Stats},
+};
 use crate::{
     editor::Session,
     report::{reading, terminal::counted},
 };
-
-/// Bars of a histogram.
-const BARS: usize = 64;
 
 /// The histogram of a raster, cached until the raster changes.
 #[derive(Debug)]
@@ -20,38 +20,6 @@ pub(super) struct Kept {
     /// The output, and the address of its samples: they never change in place.
     of: (String, usize),
     stats: Option<Arc<Stats>>,
-}
-
-/// The statistics of a plane of numbers.
-#[derive(Clone, Debug, PartialEq)]
-struct Stats {
-    range: [f64; 2],
-    mean: f64,
-    /// The standard deviation.
-    deviation: f64,
-    /// The fraction of cells in each of [`BARS`] equal parts of the range.
-    shares: Vec<f32>,
-}
-
-impl Stats {
-    fn of(field: &Field) -> Option<Self> {
-        let (low, high) = field.range(0)?;
-        let mut counts = [0_u64; BARS];
-        let span = f64::from(high) - f64::from(low);
-        let (mut sum, mut squares, mut count) = (0.0, 0.0, 0_u64);
-        for value in field.plane(0).iter().filter(|value| value.is_finite()) {
-            let above = f64::from(*value) - f64::from(low);
-            sum += above;
-            squares += above * above;
-            count += 1;
-            let bar = if span > 0.0 { (above / span * BARS as f64) as usize } else { 0 };
-            counts[bar.min(BARS - 1)] += 1;
-        }
-        let mean = sum / count as f64;
-        let deviation = (squares / count as f64 - mean * mean).max(0.0).sqrt();
-        let shares = counts.iter().map(|bar| *bar as f32 / count as f32).collect();
-        Some(Self { range: [f64::from(low), f64::from(high)], mean: f64::from(low) + mean, deviation, shares })
-    }
 }
 
 /// Shows the result of a node at the output in the viewport, or at its first output.
@@ -112,7 +80,7 @@ const fn planes(ty: PortType) -> &'static [&'static str] {
 }
 
 fn numbers(ui: &mut Ui, stats: &Stats, ty: PortType) {
-    histogram(ui, stats, ty.unit());
+    histogram::draw(ui, stats, ty.unit());
     let say = |value: f64| readable(ty.unit(), value);
     Grid::new("numbers").num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
         let mut line = |name: &str, value: String| {
@@ -130,35 +98,8 @@ fn numbers(ui: &mut Ui, stats: &Stats, ty: PortType) {
 }
 
 /// A value with four digits and its unit.
-fn readable(unit: Unit, value: f64) -> String {
+pub(super) fn readable(unit: Unit, value: f64) -> String {
     unit.display(format!("{value:.3e}").parse().unwrap_or(value))
-}
-
-fn histogram(ui: &mut Ui, stats: &Stats, unit: Unit) {
-    let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), 64.0), egui::Sense::hover());
-    let rect = response.rect;
-    let visuals = ui.visuals();
-    painter.rect_filled(rect, 4.0, visuals.extreme_bg_color);
-    let inside = rect.shrink(3.0);
-    let most = stats.shares.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
-    let width = inside.width() / BARS as f32;
-    for (at, share) in stats.shares.iter().enumerate() {
-        // The square root makes rare values visible beside common ones.
-        let height = (share / most).sqrt() * inside.height();
-        let left = inside.left() + at as f32 * width;
-        let bar = egui::Rect::from_min_max(
-            egui::pos2(left, inside.bottom() - height),
-            egui::pos2(left + width.max(1.0), inside.bottom()),
-        );
-        painter.rect_filled(bar, 0.0, visuals.hyperlink_color.gamma_multiply(0.8));
-    }
-    if let Some(pointer) = response.hover_pos() {
-        let at = (((pointer.x - inside.left()) / width) as usize).min(BARS - 1);
-        let [low, high] = stats.range;
-        let edge = |at: usize| readable(unit, low + (high - low) * at as f64 / BARS as f64);
-        let share = plain(f64::from((stats.shares[at] * 1e4).round() / 100.0));
-        response.on_hover_text_at_pointer(format!("{} to {}: {share} % of the cells", edge(at), edge(at + 1)));
-    }
 }
 
 fn lines(ui: &mut Ui, lines: &Lines) {
@@ -200,21 +141,4 @@ fn report(ui: &mut Ui, report: &Report) {
         });
     }
     super::curves::show(ui, &report.series);
-}
-
-#[cfg(test)]
-mod tests {
-    use orograph_graph::{Window, World};
-
-    use super::*;
-
-    #[test]
-    fn a_histogram_counts_every_cell_once() {
-        let world = World { size: [4.0, 1.0], cells: [4, 1], ..World::default() };
-        let stats = Stats::of(&Field::new(Window::whole(world), vec![0.0, 0.0, 1.0, 3.0])).expect("cells");
-        assert_eq!((stats.range, stats.mean, stats.deviation), ([0.0, 3.0], 1.0, 1.5_f64.sqrt()));
-        assert_eq!((stats.shares[0], stats.shares[BARS - 1], stats.shares.iter().sum::<f32>()), (0.5, 0.25, 1.0));
-        let level = Stats::of(&Field::constant(Window::whole(world), 7.0)).expect("cells");
-        assert_eq!((level.mean, level.deviation, level.shares[0]), (7.0, 0.0, 1.0));
-    }
 }

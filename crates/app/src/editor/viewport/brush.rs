@@ -11,7 +11,7 @@ use super::{
     look::Over,
     map::Pointer,
 };
-use crate::editor::{Session, arithmetic::calculated, window::names::Named as _};
+use crate::editor::{Session, arithmetic::typed, window::names::Named as _};
 
 /// The name of a tool, and its tooltip.
 const fn describe(tool: Tool, timed: bool) -> (&'static str, &'static str) {
@@ -280,11 +280,6 @@ impl Brush {
         session.gesture(&Edit::SetParam { node, param, value: ParamValue::Strokes(strokes) });
         *laid = true;
     }
-}
-
-/// A number that you can also type with its unit, or as a calculation.
-fn typed(value: egui::DragValue<'_>, unit: Unit) -> egui::DragValue<'_> {
-    value.custom_parser(move |text| unit.parse(&calculated(unit, text)).ok())
 }
 
 /// Inserts a paintable node after an output: it reads the output, and the readers of the output read it.

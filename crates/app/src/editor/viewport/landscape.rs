@@ -16,6 +16,7 @@ use super::{
     look::Look,
     map::{Marks, Over, Pointer, cell, label, readout, travelled},
     near::Near,
+    scale,
     split::Split,
     surface::{Colour, Key, Surface},
 };
@@ -361,6 +362,10 @@ impl Landscape {
             label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
         }
         compass(&painter, pane, &camera);
+        if let Some(view) = self.view.filter(|_| pane.width() >= 320.0 && pane.height() >= 120.0) {
+            let beside = Rect::from_min_max(pane.min + vec2(58.0, 0.0), pane.max);
+            scale::bar(&painter, beside, view.pixel_m * f64::from(scale), " in the centre");
+        }
         if !shown[0].fresh {
             let corner = Rect::from_min_size(marks.rest(pane).right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));

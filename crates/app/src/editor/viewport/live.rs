@@ -3,7 +3,11 @@
 use egui::Ui;
 use orograph_graph::{Moment, Unit};
 
-use crate::editor::{Session, Simulation, window::names::Named as _};
+use crate::editor::{
+    Session, Simulation,
+    arithmetic::{calculated, typed},
+    window::names::Named as _,
+};
 
 /// Width of the progress and of the slider beside it, in points.
 const WIDTH: f32 = 160.0;
@@ -54,7 +58,8 @@ impl Bar {
             if step.on_hover_text("Advance by this many steps").clicked() {
                 session.step_simulation(self.steps);
             }
-            let _ = ui.add(egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps")).named("number of steps");
+            let steps = egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps");
+            let _ = ui.add(typed(steps, Unit::One)).named("number of steps");
             pace(ui, session, simulation.pace());
             if ui.add_enabled(begun, egui::Button::new("Restart")).on_hover_text("Restart from the beginning").clicked() {
                 session.restart_simulation();
@@ -94,7 +99,7 @@ fn pace(ui: &mut Ui, session: &mut Session, before: f64) {
             true => format!("run lasts {} s", Unit::One.display(seconds)),
             false => "full speed".to_owned(),
         })
-        .custom_parser(|text| text.trim().trim_end_matches('s').trim().parse().ok());
+        .custom_parser(|text| Unit::One.parse(&calculated(Unit::One, text.trim().trim_end_matches('s'))).ok());
     let what = "Least time that the whole run takes, to watch it more slowly; 0 for full speed";
     if ui.add(number).on_hover_text(what).named("seconds of the run").changed() {
         session.pace_simulation(seconds);

@@ -190,7 +190,7 @@ impl Map {
             let radius = (radius / camera.metres) as f32;
             painter.circle_stroke(camera.to_screen(pane, place), radius, Stroke::new(1.5, Color32::WHITE));
         }
-        scale::bar(&painter, pane, camera.metres);
+        scale::bar(&painter, pane, camera.metres, "");
         if let Some(at) = response.hover_pos() {
             let side = usize::from(edge.is_some_and(|x| at.x > x));
             let place = camera.to_world(pane, at);

@@ -39,7 +39,7 @@ use self::{
     map::{Map, Marks},
     painter::Painter,
     profile::Profile,
-    shown::{Shown, finer, measured, ports, shown},
+    shown::{Shown, counterpart, finer, measured, ports, shown},
     surface::{Parts, Surface},
     tool_bar::ToolBar,
     views::{Chosen, Views},
@@ -423,8 +423,8 @@ impl Viewport {
             }
             Action::Compare => {
                 let own = session.shown();
-                let other = ports(session).into_iter().map(|(port, _)| port).find(|port| Some(port) != own.as_ref());
-                session.compare(other.filter(|_| on));
+                let other = own.as_deref().filter(|_| on).and_then(|own| counterpart(session, own));
+                session.compare(other);
             }
             _ => self.look.switch(action),
         }

@@ -49,6 +49,29 @@ pub(super) fn ports(session: &Session) -> Vec<(String, PortType)> {
     ports.into_iter().map(|(_, name)| name).collect()
 }
 
+/// The output to compare another with: the input of its node, of the same type if there is one, or the terrain under it;
+/// otherwise another output,
+/// of the same type and of a node that reads it, if there is one.
+pub(super) fn counterpart(session: &Session, own: &str) -> Option<String> {
+    let graph = session.document().graph();
+    let ports = ports(session);
+    let input = graph.port(own).ok().and_then(|port| {
+        let inputs = 0..graph.instance(port.node).node.inputs.len();
+        let sources: Vec<_> = inputs.filter_map(|input| graph.source(port.node, input)).collect();
+        let same = sources.iter().find(|source| graph.output_type(**source) == graph.output_type(port));
+        same.copied().or_else(|| sources.iter().find_map(|source| session.ground_of(*source)))
+    });
+    let input = input.map(|port| graph.port_name(port)).filter(|name| ports.iter().any(|(port, _)| port == name));
+    let ty = ports.iter().find(|(port, _)| port == own).map(|(_, ty)| *ty);
+    let reads = |port: &str| {
+        let (Ok(own), Ok(other)) = (graph.port(own), graph.port(port)) else { return false };
+        let inputs = 0..graph.instance(other.node).node.inputs.len();
+        inputs.into_iter().any(|input| graph.source(other.node, input) == Some(own))
+    };
+    let others = ports.into_iter().filter(|(port, _)| port != own);
+    input.or_else(|| others.min_by_key(|(port, other)| (Some(*other) != ty, !reads(port))).map(|(port, _)| port))
+}
+
 /// The current value of an output. Returns None when it is not built or is not a field.
 pub(super) fn shown(session: &Session, port: &str) -> Option<Shown> {
     if let Some(kept) = kept(session, port) {

@@ -7,6 +7,7 @@ use orograph_graph::{Registry, Store, Window};
 
 use super::{
     actions::{Action, Part, Status},
+    cells::{self, KeptCells},
     history::HistoryPane,
     input,
     menu::{self, Menu, MenuRequest},
@@ -50,6 +51,7 @@ pub struct App {
     trees: [Tree<Pane>; 3],
     /// The only pane that is shown, if one is maximised.
     maximised: Option<Pane>,
+    cells: KeptCells,
     toasts: Toasts,
     questions: Questions,
     menu: Menu,
@@ -91,7 +93,8 @@ impl App {
         };
         let menu = Menu::new(&context.egui_ctx);
         let (toasts, questions) = (Toasts::default(), Questions::default());
-        Ok(Self { panes, trees: Room::ALL.map(arrangement), maximised: None, toasts, questions, menu })
+        let cells = KeptCells::default();
+        Ok(Self { panes, trees: Room::ALL.map(arrangement), maximised: None, cells, toasts, questions, menu })
     }
 
     /// Also keeps journals, so that a crash loses nothing, and follows changes of files by other programs.
@@ -200,6 +203,7 @@ fn arrangement(room: Room) -> Tree<Pane> {
 
 impl eframe::App for App {
     fn logic(&mut self, _: &egui::Context, _: &mut eframe::Frame) {
+        self.cells.follow(&mut self.panes.session);
         self.panes.session.poll();
     }
 
@@ -215,7 +219,7 @@ impl eframe::App for App {
             match request {
                 MenuRequest::Do(action) => self.carry_out(action, room, ui.ctx().pointer_latest_pos()),
                 MenuRequest::Open(path) => self.panes.session.request(FileCommand::Open(path)),
-                MenuRequest::Cells(cells) => self.panes.session.set_cells(cells),
+                MenuRequest::Cells(cells) => cells::choose(&mut self.panes.session, cells),
             }
         }
         let tree = &self.trees[room as usize];

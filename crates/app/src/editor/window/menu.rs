@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use egui::{Context, RichText, ThemePreference, Ui};
-use orograph_graph::bytes;
+use orograph_graph::{Unit, bytes};
 
 use super::{
     actions::{self, Action, Line, Lines, Part, Status},
@@ -332,6 +332,8 @@ pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool, exportin
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             preview(ui, session);
+            ui.weak(extent_text(session))
+                .on_hover_text("Extent of the world, from west to east and from south to north");
             ui.weak(bytes(memory)).on_hover_text("Memory used by the results of all nodes");
             if let Some(port) = session.shown() {
                 let cells = session.built(&port).map_or(0, |built| built.cells);
@@ -364,16 +366,23 @@ fn preview(ui: &mut Ui, session: &mut Session) {
     let shown = egui::ComboBox::from_id_salt("preview").selected_text(preview_text(session)).width(104.0);
     let response = shown.show_ui(ui, |ui| cells(ui, session, false));
     if let Some(cells) = response.inner.flatten() {
-        session.set_cells(cells);
+        super::cells::choose(session, cells);
     }
-    response.response.named("preview resolution").on_hover_text("Preview resolution in cells");
+    let [nx, ny] = coarser(session.document().world(), session.cells()).cells;
+    let hint = format!("Preview resolution: {nx} x {ny} cells are computed");
+    response.response.named("preview resolution").on_hover_text(hint);
 }
 
 /// The preview resolution, as text.
 fn preview_text(session: &Session) -> String {
-    let [nx, ny] = coarser(session.document().world(), session.cells()).cells;
-    let full = if session.cells() >= whole(session) { " (full)" } else { "" };
-    format!("Preview: {nx} x {ny}{full}")
+    let whole = whole(session);
+    format!("Preview {} of {whole}", session.cells().min(whole))
+}
+
+/// The extent of the world, as text.
+fn extent_text(session: &Session) -> String {
+    let [width, height] = session.document().world().size;
+    format!("{} x {}", Unit::Metres.display(width), Unit::Metres.display(height))
 }
 
 /// Cells along the longer side of the world.

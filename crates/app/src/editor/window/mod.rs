@@ -2,6 +2,7 @@
 
 pub(crate) mod actions;
 pub(crate) mod app;
+mod cells;
 mod history;
 mod input;
 pub(crate) mod menu;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use orograph_graph::{Axis, Series};
 use orograph_nodes::raster;
 
-pub use scale::tick;
+pub use scale::{round_values, tick};
 
 use crate::report::failure::{Failure, reason};
 

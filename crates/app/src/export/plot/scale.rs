@@ -108,6 +108,12 @@ impl ValueFormatter<f64> for Scale {
     }
 }
 
+/// Round numbers in a range, for at most `most` ticks and one more.
+#[must_use]
+pub fn round_values(range: [f64; 2], most: usize) -> Vec<f64> {
+    Scale { log: false, range }.ticks(most)
+}
+
 /// The text of a number at a tick. On a logarithmic axis large and small ones are written with a power of ten.
 #[must_use]
 pub fn tick(value: f64, log: bool) -> String {

@@ -13,7 +13,7 @@ use std::{
 
 use clap::ValueEnum as _;
 use egui::{ComboBox, Context, Label, RichText, TextEdit, Ui};
-use orograph_graph::PortType;
+use orograph_graph::{PortType, Unit};
 use orograph_nodes::raster::Format;
 
 use self::{
@@ -21,7 +21,7 @@ use self::{
     queue::Queue,
 };
 use super::browser::{Browser, Outcome, Purpose};
-use crate::editor::{Session, window::names::Named as _};
+use crate::editor::{Session, arithmetic::typed, window::names::Named as _};
 use crate::{
     build::request::{Cells, Changes, Request},
     export::{
@@ -292,7 +292,9 @@ impl Export {
             let _ = list.response.named("Mesh");
             if options.mesh.is_some() {
                 let drag = egui::DragValue::new(&mut options.triangles).range(2..=crate::export::mesh::MOST_TRIANGLES);
-                ui.add(drag.speed(1000.0)).named("triangles of the mesh").on_hover_text("Maximum number of triangles");
+                ui.add(typed(drag.speed(1000.0), Unit::One))
+                    .named("triangles of the mesh")
+                    .on_hover_text("Maximum number of triangles");
             }
         });
         row(ui, "Cells", |ui| {
@@ -319,7 +321,7 @@ impl Export {
             let mut counts = options.tiles.filter(|_| is_used).unwrap_or(Tiles::WHOLE).counts();
             for (count, name) in counts.iter_mut().zip(["columns of tiles", "rows of tiles"]) {
                 let drag = egui::DragValue::new(count).range(1..=Tiles::MOST).speed(0.1);
-                let field = ui.add_enabled(is_used, drag).named(name);
+                let field = ui.add_enabled(is_used, typed(drag, Unit::One)).named(name);
                 field.on_hover_text("Tiles of one range, for engines that load a world in parts");
             }
             options.tiles = Tiles::of(counts);
