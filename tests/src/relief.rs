@@ -11,13 +11,29 @@ use orograph_nodes::render::hillshade::{self, Light, Params};
 /// # Errors
 /// There is no such output, or it cannot be built.
 pub fn built(document: &Document, folder: &Path, cells: u32) -> Result<Field, Box<dyn Error>> {
+    let [height] = built_outputs(document, folder, cells, ["height"])?;
+    Ok(height)
+}
+
+/// Builds outputs of a document that are rasters, with this number of cells along the x axis, on two threads.
+///
+/// # Errors
+/// There is no such output, it is no raster, or it cannot be built.
+pub fn built_outputs<const N: usize>(
+    document: &Document,
+    folder: &Path,
+    cells: u32,
+    names: [&str; N],
+) -> Result<[Field; N], Box<dyn Error>> {
     let expanded = document.expand();
-    let output = expanded.outputs.iter().find(|output| output.name == "height").ok_or("no output `height`")?;
+    let named = |name: &str| expanded.outputs.iter().find(|output| output.name == name).map(|output| output.port);
+    let ports = names.map(named).into_iter().collect::<Option<Vec<_>>>().ok_or("an output is missing")?;
     let threads = NonZero::new(2);
     let evaluator = Evaluator::new(EvaluatorOptions { threads, ..EvaluatorOptions::default() })?;
     let window = Window::whole(document.world().with_cells_along_x(cells));
-    let values = evaluator.values(&expanded.graph, folder, &[output.port], window)?;
-    Ok(values[0].as_field().ok_or("no heights")?.clone())
+    let values = evaluator.values(&expanded.graph, folder, &ports, window)?;
+    let fields = values.iter().map(|value| value.as_field().cloned()).collect::<Option<Vec<_>>>();
+    fields.and_then(|fields| fields.try_into().ok()).ok_or_else(|| "an output is no raster".into())
 }
 
 /// A plain hillshade: one sun in the north-west, 45° high, without shadows and without exaggeration.

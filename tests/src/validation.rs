@@ -18,7 +18,7 @@ pub fn root() -> PathBuf {
 }
 
 /// The hash of everything that the page of validation depends on: models, references, presets, the kernels that these
-/// use, and the code of measures without its comments.
+/// use, and the code of measures, without comments.
 ///
 /// # Panics
 /// If a file cannot be read.
@@ -37,7 +37,7 @@ pub fn validation_hash() -> String {
     let read = |file: &Path| std::fs::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     for file in &files {
         let bytes = read(file);
-        if file.extension().is_some_and(|name| name == "rs") {
+        if file.extension().is_some_and(|name| name == "rs" || name == "ron") {
             // a sentence that reads better changes no figure
             let code = String::from_utf8_lossy(&bytes);
             for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {

@@ -2,7 +2,7 @@
 
 use orograph_graph::Strata;
 
-use super::{glacial, hydraulic_pipe, thermal, weathering};
+use super::{glacial, hydraulic_pipe, landslide, thermal, weathering};
 use crate::{numerics::math, prelude::*, testing};
 
 fn flat(on: &Field, top_m: f64, layers: &[(f64, f64, f64)]) -> Strata {
@@ -105,13 +105,16 @@ fn the_number_of_layers_of_equal_rock_changes_no_byte() {
     for (node, changes, second) in [
         (&thermal::NODE, "", "debris"),
         (&weathering::NODE, "duration=3000", "debris"),
-        (&hydraulic_pipe::NODE, "duration=120", "regolith"),
+        (&hydraulic_pipe::NODE, "duration=600,rock=0.5", "regolith"),
         (&glacial::NODE, "steps=3,ice_cell=50,duration=3000,method=fast", "ela"),
+        (&glacial::NODE, "steps=1,ice_cell=100,duration=200", "ela"),
+        (&landslide::NODE, "duration=100000,cohesion=1000,shaking=0.5", "soil"),
     ] {
         let [few, many] = [8, 200].map(|count| {
             let layers = vec![(1600.0 / f64::from(count), 3.0, 44.0); count as usize];
             output(&flat(&height, 1000.0, &layers), node, changes, &[("height", &height), (second, &bare)], "height")
         });
         assert_eq!(few, many, "{}", node.id);
+        assert_ne!(few, height.samples(), "{} changes the terrain", node.id);
     }
 }
