@@ -1,7 +1,7 @@
-//! A sheet of the mountain graphs and of digital elevation models, as grey hillshades, and a table of their measures:
-//! `cargo run --release -p orograph-tests --example mountains -- SHEET.png`. Pictures and rows have the same order,
-//! with three elevation models first. Cells are 30 to 100 m; pictures show the centre of each terrain, measures cover
-//! all of it.
+//! A sheet of example graphs and of digital elevation models, as grey hillshades, and a table of their measures:
+//! `cargo run --release -p orograph-tests --example mountains -- SHEET.png` for the mountain graphs, and the same with
+//! `valleys` at the end for those that ice and layers of rock have shaped. Pictures and rows have the same order, with
+//! three elevation models first. Pictures show the centre of each terrain, measures cover all of it.
 
 use std::{error::Error, path::Path};
 
@@ -13,61 +13,86 @@ use orograph_tests::{
     relief::{built, shade},
 };
 
-/// Side of a picture in cells.
-const SIDE: u32 = 250;
 /// Pictures per row.
 const COLUMNS: u32 = 4;
 /// Gap between pictures, in pixels.
 const GAP: u32 = 6;
 
-/// A graph, and the cells along its longer side.
-const GRAPHS: [(&str, u32); 8] = [
-    ("alps", 750),
-    ("hello", 300),
-    ("ridge", 300),
-    ("two_ranges", 400),
-    ("ridges", 546),
-    ("belts", 400),
-    ("carve_dem", 512),
-    ("fault", 500),
-];
+/// The pictures of a sheet.
+struct Sheet {
+    /// Side of a picture in cells.
+    side: u32,
+    /// Elevation models: their extent in metres, and the number of cells per side.
+    models: [(&'static str, f64, u32); 3],
+    /// Graphs, and the cells along their longer side.
+    graphs: &'static [(&'static str, u32)],
+}
 
-/// An elevation model, the side of its cells in metres, and the number of cells per side.
-const REAL: [(&str, f64, u32); 3] = [
-    ("graphs/data/bigtujunga_512_30m.tif", 30.0, 512),
-    ("tests/data/mandakini_drained_256.tif", 89.0, 256),
-    ("tests/data/glencoe_drained_256.tif", 50.0, 256),
-];
+/// Cells of 30 to 100 m, as the graphs or the models have them.
+const MOUNTAINS: Sheet = Sheet {
+    side: 250,
+    models: [
+        ("graphs/data/bigtujunga_512_30m.tif", 15_360.0, 512),
+        ("tests/data/mandakini_drained_256.tif", 22_784.0, 256),
+        ("tests/data/glencoe_drained_256.tif", 12_800.0, 256),
+    ],
+    graphs: &[
+        ("alps", 750),
+        ("hello", 300),
+        ("ridge", 300),
+        ("two_ranges", 400),
+        ("ridges", 546),
+        ("belts", 400),
+        ("carve_dem", 512),
+        ("fault", 500),
+    ],
+};
+
+/// 24 km of each, in cells of 80 m.
+const VALLEYS: Sheet = Sheet {
+    side: 300,
+    models: [
+        ("tests/data/dems/glencoe.tif", 25_600.0, 320),
+        ("tests/data/dems/mandakini.tif", 25_578.0, 320),
+        ("tests/data/dems/dales.tif", 25_600.0, 320),
+    ],
+    graphs: &[("glen", 300), ("fjords", 750), ("himalaya", 500), ("canyon", 550)],
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let sheet = std::env::args().nth(1).ok_or("name the picture to write")?;
+    let mut arguments = std::env::args().skip(1);
+    let file = arguments.next().ok_or("name the picture to write")?;
+    let Sheet { side, models, graphs } = match arguments.next().as_deref() {
+        None => MOUNTAINS,
+        Some("valleys") => VALLEYS,
+        Some(other) => return Err(format!("there is no sheet `{other}`, only `valleys`").into()),
+    };
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     println!("| | cells | cell | median slope | p95/p50 | fullest bin | planar |\n|---|---|---|---|---|---|---|");
     let mut shades = Vec::new();
-    for (file, cell_m, cells) in REAL {
-        let size = cell_m * f64::from(cells);
+    for (model, size, cells) in models {
         let text = format!(
-            "(format: 1, world: (size: {size}, cells: {cells}), nodes: {{ \"land\": Import(file: \"{file}\") }}, \
+            "(format: 1, world: (size: {size}, cells: {cells}), nodes: {{ \"land\": Import(file: \"{model}\") }}, \
              outputs: {{ \"height\": \"land\" }})"
         );
         let land = built(&Document::parse(&text, &registry()), &root, cells)?;
-        row(file, &land);
-        shades.push(centre(&land));
+        row(model, &land);
+        shades.push(centre(&land, side));
     }
-    for (graph, cells) in GRAPHS {
+    for (graph, cells) in graphs {
         let document = Document::load(root.join(format!("graphs/{graph}.ron")), &registry())?;
-        let land = built(&document, &root.join("graphs"), cells)?;
+        let land = built(&document, &root.join("graphs"), *cells)?;
         row(&format!("graphs/{graph}.ron"), &land);
-        shades.push(centre(&land));
+        shades.push(centre(&land, side));
     }
     let rows = (shades.len() as u32).div_ceil(COLUMNS);
-    let pitch = SIDE + GAP;
+    let pitch = side + GAP;
     let mut picture = GrayImage::from_pixel(COLUMNS * pitch, rows * pitch, Luma([255]));
     for (at, shade) in (0..).zip(&shades) {
         let [x, y] = [at % COLUMNS, at / COLUMNS].map(|place: u32| i64::from(place * pitch));
         image::imageops::replace(&mut picture, shade, x, y);
     }
-    picture.save(sheet)?;
+    picture.save(file)?;
     Ok(())
 }
 
@@ -83,8 +108,8 @@ fn row(name: &str, land: &Field) {
 }
 
 /// The centre of a hillshade.
-fn centre(land: &Field) -> GrayImage {
+fn centre(land: &Field, side: u32) -> GrayImage {
     let shade = shade(land);
-    let [left, top] = [shade.width(), shade.height()].map(|count| count.saturating_sub(SIDE) / 2);
-    image::imageops::crop_imm(&shade, left, top, SIDE, SIDE).to_image()
+    let [left, top] = [shade.width(), shade.height()].map(|count| count.saturating_sub(side) / 2);
+    image::imageops::crop_imm(&shade, left, top, side, side).to_image()
 }
