@@ -1,5 +1,6 @@
 //! Time per cell of every node as a table: `cargo run --release -p orograph-tests --example speed`. Arguments after
-//! `--`: a side in cells and names of nodes, or `radii` for nodes with a radius at several radii; see `docs/speed.md`.
+//! `--`: a side in cells and names of nodes, or `radii` for nodes with a radius at several radii, or
+//! `layers` for nodes that read layers of rock; see `docs/speed.md`.
 //!
 //! Each node runs on its example on the test terrain, on one thread, with its inputs computed before. The result is the
 //! mean of the runs that fit into a fraction of a second, in nanoseconds of that thread per cell of the world:
@@ -18,7 +19,7 @@ use orograph_nodes::{
     numerics::{memory::LargePages, simd},
     registry,
 };
-use orograph_tests::{Case, REACHING, example, inputs, reaching, world};
+use orograph_tests::{Case, REACHING, example, inputs, layered, reaching, world};
 
 #[global_allocator]
 static MEMORY: LargePages = LargePages;
@@ -41,6 +42,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     if names == ["radii"] {
         return Ok(one.install(|| radii(side))?);
+    }
+    if names == ["layers"] {
+        return Ok(one.install(|| layers(side))?);
     }
     println!("| category | node | ns per cell |\n| --- | --- | ---: |");
     for node in registry().nodes().iter().filter(|node| names.is_empty() || names.iter().any(|name| name == node.id)) {
@@ -65,6 +69,34 @@ fn radii(side: u32) -> Result<(), String> {
             print!(" {:.1} |", mean(&case, &inputs(&case, window), window)? / window.len() as f64);
         }
         println!();
+    }
+    Ok(())
+}
+
+/// Numbers of layers of nearly equal rock.
+const LAYERS: [u32; 3] = [0, 8, 200];
+/// Rounds in turn over the numbers of layers, of which the medians are shown.
+const ROUNDS: usize = 5;
+
+/// Times of nodes that read layers of rock: without layers, and how much longer with some.
+fn layers(side: u32) -> Result<(), String> {
+    println!("| node | without, ns per cell | 8 layers | 200 layers, against 8 |\n| --- | ---: | ---: | ---: |");
+    let window = Window::whole(world(side));
+    for node in registry().nodes().iter().filter(|node| node.input("strata").is_some()) {
+        let cases = LAYERS.map(|layers| layered(node, layers));
+        let values = cases.each_ref().map(|case| inputs(case, window));
+        let mut rounds = LAYERS.map(|_| Vec::new());
+        for _ in 0..ROUNDS {
+            for ((case, values), times) in cases.iter().zip(&values).zip(&mut rounds) {
+                times.push(mean(case, values, window)? / window.len() as f64);
+            }
+        }
+        let [without, few, many] = rounds.map(|mut times| {
+            times.sort_by(f64::total_cmp);
+            times[ROUNDS / 2]
+        });
+        let more = |times: f64, base: f64| (times / base - 1.0) * 100.0;
+        println!("| {} | {without:.0} | {:+.1} % | {:+.1} % |", node.id, more(few, without), more(many, few));
     }
     Ok(())
 }

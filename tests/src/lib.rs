@@ -22,8 +22,8 @@ pub use look::Look;
 pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
 pub use run::{
-    Case, REACHING, STEPPED, cases, data_folder, evaluate, evaluate_window, example, extreme_worlds, inputs, lengths,
-    one_step_of_ice, options, others, pictured, plain, reaching, set, wired,
+    Case, REACHING, STEPPED, cases, data_folder, evaluate, evaluate_window, example, extreme_worlds, inputs, layered,
+    lengths, one_step_of_ice, options, others, pictured, plain, reaching, set, wired,
 };
 pub use scratch::{Scratch, scratch, scratch_in, scratches};
 pub use validation::{MODELS, PRESETS, root, validation_hash};

@@ -211,6 +211,26 @@ pub fn reaching((_, id, arguments): (&str, &str, &str), radius_m: f64) -> Case {
     example_on(&land, registry().get(id).expect("a node"), &format!("{arguments}: {radius_m}"))
 }
 
+/// The example of a node that reads layers of rock, in this even number of layers, 8 km thick together; with 0, without
+/// layers. Every other layer is harder by a thousandth: layers of equal rock are one.
+///
+/// # Panics
+/// When the node has no input `strata`.
+#[must_use]
+pub fn layered(node: &'static Node, layers: u32) -> Case {
+    if layers == 0 {
+        return example(node);
+    }
+    let layer =
+        |hardness: f64| format!("(thickness: {}, hardness: {hardness}, repose: 38),", 8000.0 / f64::from(layers));
+    let column = format!("{}{}", layer(1.0), layer(1.001)).repeat(layers as usize / 2);
+    let land = format!(r#"{TEST_LAND} "column": Stratify(height: "base", top: 4000, dip: 5, layers: [{column}]),"#);
+    let mut case = on_one_grid(example_on(&land, node, node.example));
+    let strata = case.graph.port("column.strata").expect("just written");
+    case.graph.connect(strata, case.node, "strata").expect("it reads layers");
+    case
+}
+
 fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
     let source = format!(
         r#"(
