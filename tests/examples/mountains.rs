@@ -10,7 +10,7 @@ use orograph_graph::{Document, Field};
 use orograph_nodes::registry;
 use orograph_tests::{
     Look,
-    relief::{built, shade},
+    relief::{self, built, shade},
 };
 
 /// Pictures per row.
@@ -25,7 +25,7 @@ struct Sheet {
     /// Elevation models: their extent in metres, and the number of cells per side.
     models: [(&'static str, f64, u32); 3],
     /// Graphs, and the cells along their longer side.
-    graphs: &'static [(&'static str, u32)],
+    graphs: &'static [&'static [(&'static str, u32)]],
 }
 
 /// Cells of 30 to 100 m, as the graphs or the models have them.
@@ -36,16 +36,7 @@ const MOUNTAINS: Sheet = Sheet {
         ("tests/data/mandakini_drained_256.tif", 22_784.0, 256),
         ("tests/data/glencoe_drained_256.tif", 12_800.0, 256),
     ],
-    graphs: &[
-        ("alps", 750),
-        ("hello", 300),
-        ("ridge", 300),
-        ("two_ranges", 400),
-        ("ridges", 546),
-        ("belts", 400),
-        ("carve_dem", 512),
-        ("fault", 500),
-    ],
+    graphs: &[&[relief::ALPS], &relief::MOUNTAINS],
 };
 
 /// 24 km of each, in cells of 80 m.
@@ -56,7 +47,7 @@ const VALLEYS: Sheet = Sheet {
         ("tests/data/dems/mandakini.tif", 25_578.0, 320),
         ("tests/data/dems/dales.tif", 25_600.0, 320),
     ],
-    graphs: &[("glen", 300), ("fjords", 750), ("himalaya", 500), ("canyon", 550)],
+    graphs: &[&[("glen", 300), ("fjords", 750), ("himalaya", 500), ("canyon", 550)]],
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -79,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         row(model, &land);
         shades.push(centre(&land, side));
     }
-    for (graph, cells) in graphs {
+    for (graph, cells) in graphs.iter().copied().flatten() {
         let document = Document::load(root.join(format!("graphs/{graph}.ron")), &registry())?;
         let land = built(&document, &root.join("graphs"), *cells)?;
         row(&format!("graphs/{graph}.ron"), &land);

@@ -6,6 +6,19 @@ use image::{GrayImage, Luma};
 use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Window};
 use orograph_nodes::render::hillshade::{self, Light, Params};
 
+/// Graphs with mountains, and cells along the x axis that resolve their slopes. The Alps come apart: they take longest.
+pub const MOUNTAINS: [(&str, u32); 7] = [
+    ("hello", 300),
+    ("ridge", 300),
+    ("two_ranges", 400),
+    ("ridges", 546),
+    ("belts", 400),
+    ("carve_dem", 512),
+    ("fault", 500),
+];
+/// Cells along the x axis of `alps.ron` that resolve its slopes.
+pub const ALPS: (&str, u32) = ("alps", 750);
+
 /// Builds the output `height` of a document with this number of cells along the x axis, on two threads.
 ///
 /// # Errors

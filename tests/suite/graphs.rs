@@ -8,18 +8,6 @@ use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Field, Port,
 use orograph_nodes::registry;
 use orograph_tests::{Look, relief, root, validation_hash};
 
-/// Graphs with mountains, and cells along the x axis that resolve their slopes. The Alps have their own
-/// test.
-const SMALL: [(&str, u32); 7] = [
-    ("hello", 300),
-    ("ridge", 300),
-    ("two_ranges", 400),
-    ("ridges", 546),
-    ("belts", 400),
-    ("carve_dem", 512),
-    ("fault", 500),
-];
-
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../graphs")
 }
@@ -102,7 +90,7 @@ fn forms_outside(land: &Field) -> Vec<String> {
 #[test]
 fn mountains_have_slopes_of_many_angles_and_real_valleys() {
     let mut faults = Vec::new();
-    for (graph, cells) in SMALL {
+    for (graph, cells) in relief::MOUNTAINS {
         let land = land(graph, cells);
         let look = Look::of(&land).expect("slopes");
         println!("{graph}: {look:.3?}");
@@ -115,7 +103,7 @@ fn mountains_have_slopes_of_many_angles_and_real_valleys() {
 /// Measures of the Alps with cells of 80 m: relief, slopes and hypsometric integral of an area 30 km wide.
 #[test]
 fn the_alps_are_alpine() {
-    let land = land("alps", 750);
+    let land = land(relief::ALPS.0, relief::ALPS.1);
     assert_eq!(Look::of(&land).expect("slopes").faults(), None);
     assert_eq!(forms_outside(&land), [""; 0]);
     let height = |x: usize, y: usize| f64::from(land.samples()[y * 750 + x]);

@@ -50,8 +50,7 @@ pub(super) fn ports(session: &Session) -> Vec<(String, PortType)> {
 }
 
 /// The output to compare another with: the input of its node, of the same type if there is one, or the terrain under it;
-/// otherwise another output,
-/// of the same type and of a node that reads it, if there is one.
+/// otherwise another output, of the same type and of a node that reads it, if there is one.
 pub(super) fn counterpart(session: &Session, own: &str) -> Option<String> {
     let graph = session.document().graph();
     let ports = ports(session);
