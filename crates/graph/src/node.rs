@@ -351,10 +351,23 @@ pub struct MeasureSpec {
 pub enum Reach {
     /// Only the cell itself.
     Point,
-    /// A distance in metres, computed from the parameters and the cell size in metres.
+    /// A distance in metres, computed from the parameters and the cell size in metres. Infinite where the parameters
+    /// choose something that needs the whole world.
     Metres(fn(&ParamValues, f64) -> f64),
     /// The whole world.
     World,
+}
+
+impl Reach {
+    /// Returns true if, with these parameters and cells of this size, a cell depends on the whole world.
+    #[must_use]
+    pub fn is_world(self, params: &ParamValues, cell_m: f64) -> bool {
+        match self {
+            Self::Point => false,
+            Self::Metres(from) => !from(params, cell_m).is_finite(),
+            Self::World => true,
+        }
+    }
 }
 
 /// The peak memory that a kernel allocates besides its inputs and outputs. It is part of the estimate before a run; a

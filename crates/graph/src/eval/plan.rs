@@ -550,7 +550,8 @@ fn windows(
             want(&mut wanted[step], &Window::whole(worlds.all[order[step].0]));
         }
         // A result computed for the whole world is kept whole: the next tile takes it from the cache.
-        let kept = if matches!(instance.node.reach, Reach::World) { window } else { wanted_here };
+        let whole = instance.node.reach.is_world(&instance.params, wanted_here.cell_m());
+        let kept = if whole { window } else { wanted_here };
         windows.push((kept, window));
     }
     windows.reverse();
@@ -564,7 +565,7 @@ pub(super) fn reached(reach: Reach, params: &ParamValues, wanted: &Window) -> Wi
         Reach::World => Window::whole(wanted.world),
         Reach::Metres(from) => match from(params, wanted.cell_m()) {
             0.0 => *wanted,
-            reach_m if reach_m > 0.0 => around(wanted.grown(reach_m)),
+            reach_m if reach_m > 0.0 && reach_m.is_finite() => around(wanted.grown(reach_m)),
             // not a distance: only the whole world is certain to be enough
             _ => Window::whole(wanted.world),
         },

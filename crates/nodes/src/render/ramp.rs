@@ -24,19 +24,31 @@ choice! {
     }
 }
 
+choice! {
+    /// Values at which a ready-made palette begins and ends.
+    pub enum Range {
+        /// The lowest and the highest value of the input in the whole world.
+        Fitted = "fitted",
+        /// `low` and `high`.
+        Set = "set",
+    }
+}
+
 fn two(low: u32, high: u32) -> ColourStops {
     ColourStops(vec![Stop { at: 0.0, colour: Srgb::hex(low) }, Stop { at: 1000.0, colour: Srgb::hex(high) }])
 }
 
 params! {
-    /// Colours: a ready-made palette, stretched from `low` to `high`, or `stops`.
+    /// Colours: a ready-made palette, or `stops`.
     palette: Palette = Palette::Alpine, One, ..;
     /// Custom colours: values of the input and their colours.
     stops: ColourStops = two(0x3b_4a_2f, 0xf7_f9_fb), One, .., when palette = "stops";
+    /// Values at which a ready-made palette begins and ends.
+    range: Range = Range::Fitted, One, ..;
     /// Value of the first colour of a ready-made palette.
-    low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
+    low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000, when range = "set";
     /// Value of the last colour of a ready-made palette.
-    high: f64 = 3000.0, One, -1e9..=1e9, soft -1000..=5000;
+    high: f64 = 3000.0, One, -1e9..=1e9, soft -1000..=5000, when range = "set";
     /// Interpolation of colours between stops.
     between: Between = Between::Even, One, ..;
     /// Colours where `second` is high, along the same values.
@@ -64,6 +76,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Ramp",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "range", value: "set" }] }],
     category: "render",
     summary: "Colours by value, and by a second value such as the slope.",
     doc: include_str!("ramp.md"),
@@ -71,22 +85,53 @@ pub static NODE: Node = Node {
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
+    reach: Reach::Metres(|params, _| if Params::read(params).is_fitted() { f64::INFINITY } else { 0.0 }),
     cpu: run,
     resolution: Resolution::Within(0.1),
-    example: "value: \"base\", second: \"mask\", second_from: 0.4, second_to: 0.8, high: 2000",
+    example: "value: \"base\", second: \"mask\", second_from: 0.4, second_to: 0.8",
     ..Node::DEFAULT
 };
+
+impl Params {
+    /// Returns true if a ready-made palette is used.
+    fn uses_range(&self) -> bool {
+        self.palette != Palette::Stops || self.second_palette != Palette::Stops
+    }
+
+    /// Returns true if the colours depend on the lowest and the highest value.
+    fn is_fitted(&self) -> bool {
+        self.range == Range::Fitted && self.uses_range()
+    }
+
+    /// Returns the values of the first and the last colour of ready-made palettes. They differ, also for constant input,
+    /// which gets the first colour.
+    fn ends(&self, values: &[f32]) -> Result<[f64; 2], NodeError> {
+        if self.is_fitted() {
+            let [low, high] = ends_of(values);
+            return Ok([low, high.max(low + 1e-6 * low.abs().max(1e-3))]);
+        }
+        rises("low", self.low, "high", self.high, self.uses_range())?;
+        Ok([self.low, self.high])
+    }
+}
+
+/// Returns the lowest and the highest value, without those that are not finite; 0 for none.
+fn ends_of(values: &[f32]) -> [f64; 2] {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let low = finite().fold(f32::INFINITY, f32::min);
+    let high = finite().fold(f32::NEG_INFINITY, f32::max);
+    if low <= high { [f64::from(low), f64::from(high)] } else { [0.0; 2] }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let inputs = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let uses_range = params.palette != Palette::Stops || params.second_palette != Palette::Stops;
-    rises("low", params.low, "high", params.high, uses_range)?;
+    let [low, high] = params.ends(inputs.value.plane(0))?;
     let second = inputs.second;
     rises("second_from", params.second_from, "second_to", params.second_to, second.is_some())?;
     let ready = |palette: Palette, own: ColourStops| match palette {
         Palette::Stops => own.0,
-        _ => palette.stops(params.low, params.high),
+        _ => palette.stops(low, high),
     };
     let first = Ramp::new(&ready(params.palette, params.stops), params.between);
     let other = Ramp::new(&ready(params.second_palette, params.second_stops), params.between);
@@ -234,7 +279,7 @@ mod tests {
         let value = field(world(64, 1, 1.0), |x, _| x / 64.0);
         let one = run(&NODE, &own(&[(5.0, 0x7a_9e_77)], ""), &[("value", &value)], "colour");
         assert!((0..64).all(|cell| at(&one, cell) == at(&one, 0)));
-        let grey = with_params(&NODE, "palette=grey,between=light,high=1");
+        let grey = with_params(&NODE, "palette=grey,between=light,range=set,high=1");
         let grey = run(&NODE, &grey, &[("value", &value)], "colour");
         for plane in 0..3 {
             assert_eq!(grey.plane(plane), value.samples());
@@ -245,10 +290,10 @@ mod tests {
     fn the_second_value_brings_the_second_colours_in() {
         let value = field(world(5, 1, 1.0), |_, _| 500.0);
         let second = field(world(5, 1, 1.0), |x, _| [0.0, 25.0, 32.5, 40.0, 90.0][x as usize]);
-        let params = with_params(&NODE, "high=1000,between=light");
+        let params = with_params(&NODE, "range=set,high=1000,between=light");
         let alone = run(&NODE, &params, &[("value", &value)], "colour");
         let both = run(&NODE, &params, &[("value", &value), ("second", &second)], "colour");
-        let rock = with_params(&NODE, "high=1000,between=light,palette=rock");
+        let rock = with_params(&NODE, "range=set,high=1000,between=light,palette=rock");
         let rock = run(&NODE, &rock, &[("value", &value)], "colour");
         for cell in [0, 1] {
             assert_eq!(at(&both, cell), at(&alone, cell));
@@ -268,12 +313,26 @@ mod tests {
         let error = |params: &ParamValues, inputs: &[(&str, &Field)]| {
             outputs(&NODE, params, inputs).err().map(|error| error.to_string())
         };
-        let flat = with_params(&NODE, "low=5,high=5");
+        let flat = with_params(&NODE, "range=set,low=5,high=5");
         assert!(error(&flat, &[("value", &value)]).is_some_and(|text| text.contains("`low` is 5")));
-        assert_eq!(error(&own(&[(0.0, 0)], "low=5,high=5"), &[("value", &value)]), None);
+        assert_eq!(error(&own(&[(0.0, 0)], "range=set,low=5,high=5"), &[("value", &value)]), None);
         let turned = with_params(&NODE, "second_from=40,second_to=30");
         assert_eq!(error(&turned, &[("value", &value)]), None);
         assert!(error(&turned, &[("value", &value), ("second", &value)]).is_some_and(|t| t.contains("second_from")));
+    }
+
+    #[test]
+    fn a_fitted_palette_begins_at_the_lowest_value_and_ends_at_the_highest() {
+        let value = field(world(64, 1, 1.0), |x, _| 3.0 * x - 700.0);
+        let [low, high] = [value.samples()[0], value.samples()[63]];
+        let fitted = run(&NODE, &with_params(&NODE, "between=light"), &[("value", &value)], "colour");
+        let set = with_params(&NODE, &format!("between=light,range=set,low={low},high={high}"));
+        assert_eq!(fitted, run(&NODE, &set, &[("value", &value)], "colour"));
+        for constant in [0.0, -3.0, 1e9] {
+            let level = field(world(3, 2, 1.0), |_, _| constant);
+            let colour = run(&NODE, &with_params(&NODE, "palette=grey"), &[("value", &level)], "colour");
+            assert!(colour.samples().iter().all(|v| *v == 0.0), "{constant}");
+        }
     }
 
     #[test]

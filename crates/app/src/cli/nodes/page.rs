@@ -382,7 +382,11 @@ fn reach(reach: Reach, defaults: &ParamValues) -> String {
         Reach::World => "the whole world".to_owned(),
         Reach::Metres(metres) => {
             let cell_m = World::default().cell_m();
-            let reach_m = Unit::Metres.display(metres(defaults, cell_m));
+            let reach_m = metres(defaults, cell_m);
+            if !reach_m.is_finite() {
+                return "the whole world, at the defaults".to_owned();
+            }
+            let reach_m = Unit::Metres.display(reach_m);
             format!("{reach_m} around a cell, at the defaults and with cells of {cell_m} m")
         }
     }

@@ -7,7 +7,6 @@ use crate::{
         needs::Needs,
         plan::{Plan, Source, Step},
     },
-    node::Reach,
     world::Window,
 };
 
@@ -179,5 +178,7 @@ impl Build<'_> {
 
 /// Returns true if a step is computed for the whole world, or its results cannot be split into rows.
 fn is_whole(step: &Step<'_>) -> bool {
-    matches!(step.instance.node.reach, Reach::World) || step.types.iter().any(|ty| ty.planes().is_none())
+    let instance = step.instance;
+    instance.node.reach.is_world(&instance.params, step.wanted.cell_m())
+        || step.types.iter().any(|ty| ty.planes().is_none())
 }
