@@ -26,7 +26,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         );
         return;
     }
-    let mean = level - 1e-3 * p.lapse_rate * surface;
+    let mean = level - 1e-3 * lapse_rates[cell * p.k_lapse_step] * surface;
     let at_mean = clamp((mean - p.k_coldest) * p.k_per_degree, 0.0, f32(p.k_entries - 1u) - 1e-3);
     let snow = max(rainfall[cell * p.k_rain_step], 0.0) * tabled(0u, at_mean);
     balance[cell] = snow - tabled(p.k_entries, at_mean);

@@ -36,6 +36,8 @@ choice! {
         Rainfall = "rainfall",
         /// A drainage area in m².
         Area = "area",
+        /// A lapse rate, the cooling of the air with height, in kelvins per kilometre.
+        LapseRate = "lapse_rate",
     }
 }
 
@@ -109,6 +111,7 @@ impl Quantity {
             Self::Temperature => PortType::Scalar(Unit::Celsius),
             Self::Rainfall => PortType::Scalar(Unit::MillimetresPerHour),
             Self::Area => PortType::Scalar(Unit::SquareMetres),
+            Self::LapseRate => PortType::Scalar(Unit::KelvinsPerKilometre),
         }
     }
 }

@@ -50,12 +50,13 @@ pub(super) struct Inputs<'a> {
     pub ela: Lane<'a>,
     pub temperature: Lane<'a>,
     pub precipitation: Lane<'a>,
+    pub lapse_rate: Lane<'a>,
 }
 
 /// The balance of every place at every height.
 pub(super) enum Climate {
     Ela { ela: Layer, gradients: [f64; 2], most: f64 },
-    Temperature { temperature: Layer, precipitation: Layer, lapse: f64, snow: Vec<f64>, melt: Vec<f64> },
+    Temperature { temperature: Layer, precipitation: Layer, lapse_rate: Layer, snow: Vec<f64>, melt: Vec<f64> },
 }
 
 impl Climate {
@@ -84,7 +85,7 @@ impl Climate {
         Ok(Self::Temperature {
             temperature: Layer::new(job, coarse, inputs.temperature)?,
             precipitation: Layer::new(job, coarse, inputs.precipitation)?,
-            lapse: 1e-3 * params.lapse_rate,
+            lapse_rate: Layer::new(job, coarse, inputs.lapse_rate)?,
             snow: table(&|mean| below((RAIN_C - mean) / sigma)),
             melt: table(&melt),
         })
@@ -99,8 +100,8 @@ impl Climate {
                 let above = surface_m - ela.at(cell) - shift_m;
                 if above > 0.0 { (gradients[0] * above).min(*most) } else { gradients[1] * above }
             }
-            Self::Temperature { temperature, precipitation, lapse, snow, melt } => {
-                let mean = temperature.at(cell) - lapse * (surface_m - shift_m);
+            Self::Temperature { temperature, precipitation, lapse_rate, snow, melt } => {
+                let mean = temperature.at(cell) - 1e-3 * lapse_rate.at(cell) * (surface_m - shift_m);
                 let place = ((mean - TABLE_C[0]) * PER_DEGREE).clamp(0.0, (snow.len() - 1) as f64 - 1e-6);
                 let (k, t) = (place as usize, place - place.floor());
                 let between = |table: &[f64]| table[k] + t * (table[k + 1] - table[k]);

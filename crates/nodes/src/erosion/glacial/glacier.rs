@@ -97,8 +97,12 @@ impl Glacier {
         let window = job.window();
         let transfer = Transfer::new(&window, params.ice_cell);
         let grid = Grid::new(&window, &transfer.coarse)?;
-        let climates =
-            climate::Inputs { ela: inputs.ela, temperature: inputs.temperature, precipitation: inputs.precipitation };
+        let climates = climate::Inputs {
+            ela: inputs.ela,
+            temperature: inputs.temperature,
+            precipitation: inputs.precipitation,
+            lapse_rate: inputs.lapse_rate,
+        };
         let climate = Climate::new(job, &transfer.coarse, &params, &climates)?;
         if climate.is_negative(&grid) {
             job.warn("`precipitation` is negative in some places, where it counts as 0");

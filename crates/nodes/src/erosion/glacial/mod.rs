@@ -81,8 +81,6 @@ params! {
     ablation_gradient: f64 = 0.007, PerYear, 1e-4..=0.1, soft 0.002..=0.02, when climate = "ela";
     /// Largest mass balance, as thickness of ice.
     max_accumulation: f64 = 0.8, MetresPerYear, 0.0..=20.0, soft 0.1..=4, when climate = "ela";
-    /// Lapse rate: cooling of the air with height.
-    lapse_rate: f64 = 6.5, KelvinsPerKilometre, 0.0..=15.0, soft 4..=10, when climate = "temperature";
     /// Melt per day and kelvin above 0 °C, in millimetres of water.
     degree_day: f64 = 5.0, One, 0.1..=30.0, soft 2..=10, when climate = "temperature";
     /// Standard deviation of the temperature over the year.
@@ -130,6 +128,8 @@ inputs! {
     temperature: Scalar(Celsius) = 5.0, -80.0..=60.0, soft -20.0..=20.0;
     /// Precipitation as depth of water; used if `climate` is `temperature`. Negative values count as 0.
     precipitation: Scalar(MetresPerYear) = 1.5, -10.0..=50.0, soft 0.0..=5.0;
+    /// Lapse rate: cooling of the air with height; used if `climate` is `temperature`.
+    lapse_rate: Scalar(KelvinsPerKilometre) = 6.5, 0.0..=15.0, soft 4.0..=10.0;
     /// Factor on abrasion and plucking: the softness of the rock.
     erodibility: Scalar(One) = 1.0, 0.0..=1e4, soft 0.0..=4.0;
     /// Rock at depth, from `Stratify`: ice wears down hard layers more slowly, and their own slopes replace `walls`.
@@ -156,6 +156,9 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Glacial",
+    version: 2,
+    // `lapse_rate` takes a map
+    migrations: &[Migration { from: 1, steps: &[] }],
     category: "erosion",
     summary: "Glaciers grow, carve troughs, cirques and basins, and leave moraines as they retreat.",
     doc: include_str!("page.md"),

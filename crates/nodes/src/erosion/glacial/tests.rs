@@ -284,6 +284,30 @@ fn with_an_exponent_of_zero_the_second_law_is_the_first() {
     }
 }
 
+/// Ice has cells of its own, so that a preview has the ice of the final build: area and volume of ice at the maximum,
+/// and volumes of erosion and till after it, on cells of 56 and 225 m. The rest is what the means of small cells over
+/// an ice cell keep of the terrain.
+#[test]
+fn a_preview_has_the_ice_of_the_final_build() {
+    let [coarse, fine] = [64, 256].map(|cells| {
+        let land = mountains(cells, 14_400.0);
+        let ice = |warming: f64| {
+            let changes = format!("steps=30,duration=30000,warming={warming},ice_cell=225");
+            at_ela(&land, 900.0, &changes).0
+        };
+        let (mut cold, mut warm) = (ice(0.0), ice(600.0));
+        let area_m2 = land.window().cell_m() * land.window().cell_m();
+        let depth = samples(&mut cold, "ice");
+        let covered = depth.samples().iter().filter(|depth| **depth > 5.0).count() as f64;
+        let [erosion, till] = ["erosion", "till"].map(|name| sum(&samples(&mut warm, name)));
+        [covered, sum(&depth), erosion, till].map(|cells| cells * area_m2)
+    });
+    for (coarse, fine) in coarse.into_iter().zip(fine) {
+        println!("{coarse:.4e} {fine:.4e} {:+.2} %", 100.0 * (coarse / fine - 1.0));
+        assert!((coarse / fine - 1.0).abs() < 0.03, "{coarse} {fine}");
+    }
+}
+
 /// The fast mode has ice where the full one has, within a fifth of its area, and half to twice its volume: it is a
 /// preview.
 #[test]
@@ -310,11 +334,12 @@ fn the_fast_mode_has_ice_where_the_full_one_has() {
 fn melt_and_snow_have_their_closed_forms() {
     let window = *mountains(8, 800.0).window();
     crate::testing::with_job(window, |job| {
-        let params = Params::read(&with_params(&NODE, "climate=temperature,lapse_rate=10,degree_day=4,variability=5"));
+        let params = Params::read(&with_params(&NODE, "climate=temperature,degree_day=4,variability=5"));
         let inputs = climate::Inputs {
             ela: Lane::Constant(0.0),
             temperature: Lane::Constant(20.0),
             precipitation: Lane::Constant(1.5),
+            lapse_rate: Lane::Constant(10.0),
         };
         let coarse = crate::numerics::coarse::Coarse::new(&window, 1.0);
         let climate = climate::Climate::new(job, &coarse, &params, &inputs).expect("a climate");

@@ -41,6 +41,7 @@ pub(super) struct DeviceIce {
     sums: ScratchId,
     levels: ScratchId,
     rainfall: ScratchId,
+    lapse_rates: ScratchId,
     table: ScratchId,
 }
 
@@ -50,10 +51,10 @@ impl DeviceIce {
         let grid = glacier.grid;
         let (nx, ny) = (grid.nx, grid.ny);
         let empty = Layer::Constant(0.0);
-        let (levels, rainfall, table) = match &glacier.climate {
-            Climate::Ela { ela, .. } => (ela, &empty, vec![0.0]),
-            Climate::Temperature { temperature, precipitation, snow, melt, .. } => {
-                (temperature, precipitation, snow.iter().chain(melt).copied().collect())
+        let (levels, rainfall, lapse_rates, table) = match &glacier.climate {
+            Climate::Ela { ela, .. } => (ela, &empty, &empty, vec![0.0]),
+            Climate::Temperature { temperature, precipitation, lapse_rate, snow, melt } => {
+                (temperature, precipitation, lapse_rate, snow.iter().chain(melt).copied().collect())
             }
         };
         let entries = table.len() / 2;
@@ -63,6 +64,7 @@ impl DeviceIce {
             ("k_ny", ny as u32),
             ("k_level_step", step(levels)),
             ("k_rain_step", step(rainfall)),
+            ("k_lapse_step", step(lapse_rates)),
             ("k_entries", entries as u32),
         ] {
             values.put(name, Scalar::U32(value));
@@ -105,6 +107,7 @@ impl DeviceIce {
             sums: words(3 * ny)?,
             levels: recorder.table(&bits(levels))?,
             rainfall: recorder.table(&bits(rainfall))?,
+            lapse_rates: recorder.table(&bits(lapse_rates))?,
             table: recorder.table(&table.iter().map(|value| (*value as f32).to_bits()).collect::<Vec<u32>>())?,
         };
         recorder.clear(ice.thickness)?;
@@ -228,6 +231,7 @@ impl Flowing for Marching<'_> {
             ("thickness", ice.thickness),
             ("levels", ice.levels),
             ("rainfall", ice.rainfall),
+            ("lapse_rates", ice.lapse_rates),
             ("table", ice.table),
             ("balance", ice.balance),
         ];
