@@ -109,6 +109,48 @@ fn walls_shed_their_snow_to_their_feet() {
     assert!(still.depth.iter().all(|depth| (f64::from(*depth) - level).abs() < 1e-3));
 }
 
+/// One metre of snow on a real basin, against the arrays of OGGM/Snowslide with one and with many receivers: the same
+/// bare cells, the same mean depth on gentle and on steep ground, and depths that differ from theirs about as much as
+/// theirs from each other (0.991). Cells beside the sides are left out, where Snowslide moves nothing.
+#[test]
+fn snow_of_a_real_basin_lies_where_snowslide_has_it() {
+    const NX: usize = 200;
+    let land = include_bytes!("../../../../../tests/data/talefre_150x200.f32").chunks_exact(4);
+    let land = land.map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])).collect();
+    let boundary = Boundary { west: Edge::Open, east: Edge::Open, north: Edge::Open, south: Edge::Open };
+    let height = Field::new(Window::whole(World { boundary, ..testing::world(NX as u32, 150, 30.0) }), land);
+    let truths = include_bytes!("../../../../../tests/data/talefre_150x200_snow.u16").chunks_exact(2);
+    let truths: Vec<f64> = truths.map(|mm| 1e-3 * f64::from(u16::from_le_bytes([mm[0], mm[1]]))).collect();
+    // 350 kg/m³ make 1 m of 0.35 m of water
+    let changes = format!("{STILL},slides=6,melt_factor=0,radiation_factor=0").replace("steps=4", "steps=36");
+    let fields = [
+        ("height", &height),
+        ("temperature", &everywhere(&height, -40.0)),
+        ("precipitation", &everywhere(&height, 0.35)),
+    ];
+    let found = snow(&changes, &fields);
+    let inner: Vec<usize> =
+        (0..found.depth.len()).filter(|at| (2..NX - 2).contains(&(at % NX)) && (2..148).contains(&(at / NX))).collect();
+    let own: Vec<f64> = inner.iter().map(|at| f64::from(found.depth[*at])).collect();
+    for theirs in truths.chunks_exact(found.depth.len()) {
+        let theirs: Vec<f64> = inner.iter().map(|at| theirs[*at]).collect();
+        let is_bare = |depth: f64| depth < 0.06;
+        let same = own.iter().zip(&theirs).filter(|(a, b)| is_bare(**a) == is_bare(**b)).count() as f64;
+        let mean = |depths: &[f64]| depths.iter().sum::<f64>() / depths.len() as f64;
+        let logs =
+            [&own, &theirs].map(|depths| depths.iter().map(|depth| math::ln(depth + 0.01)).collect::<Vec<f64>>());
+        let [a, b] = [mean(&logs[0]), mean(&logs[1])];
+        let product = |of: usize, with: usize| {
+            let means = [a, b];
+            logs[of].iter().zip(&logs[with]).map(|(x, y)| (x - means[of]) * (y - means[with])).sum::<f64>()
+        };
+        let correlation = product(0, 1) / (product(0, 0) * product(1, 1)).sqrt();
+        let ratio = mean(&own) / mean(&theirs);
+        println!("bare alike {:.3}, means {ratio:.3}, correlation {correlation:.3}", same / own.len() as f64);
+        assert!(same > 0.96 * own.len() as f64 && (ratio - 1.0).abs() < 0.02 && correlation > 0.955);
+    }
+}
+
 #[test]
 fn the_balance_closes_for_all_kinds_of_sides_laws_and_climates() {
     for edge in [Edge::Base, Edge::Open, Edge::Inland] {
