@@ -4,6 +4,7 @@ pub mod bilateral;
 pub mod blur;
 pub mod carve;
 pub mod despike;
+pub mod drain;
 pub mod median;
 pub mod morphology;
 pub mod resample;
@@ -30,6 +31,7 @@ pub static NODES: &[&Node] = &[
     &terrace::NODE,
     &warp::NODE,
     &carve::NODE,
+    &drain::NODE,
     &smooth_lines::NODE,
     &transform::NODE,
     &resample::NODE,
