@@ -12,6 +12,7 @@ mod resolution;
 mod run;
 mod scratch;
 pub mod soak;
+mod subjects;
 mod validation;
 
 pub use bless::{blessing, golden_folder, write_golden};

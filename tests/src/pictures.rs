@@ -5,13 +5,17 @@ use std::{io::Cursor, path::PathBuf};
 
 use image::{ImageFormat, Rgb, RgbImage};
 use orograph::export::picture::{self, View};
-use orograph_graph::{Field, Node, Port, PortType, Value, Window, World};
+use orograph_graph::{Field, Node, Port, PortType, Srgb, Value, Window, World};
 use orograph_nodes::{
     numerics::{light, math, palettes::Palette},
     render::hillshade,
 };
 
-use crate::{Case, evaluate, pictured, world};
+use crate::{
+    Case, evaluate, pictured,
+    subjects::{COVERS, Cover},
+    world,
+};
 
 /// Cells and pixels per side.
 const SIDE: u32 = 112;
@@ -66,18 +70,43 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
                 let [_, colour] = hillshade::relief(height, &light);
                 colour
             };
+            let cover = COVERS.iter().find(|cover| cover.id == node.id);
+            let after = match cover {
+                Some(cover) => {
+                    let output = node.outputs.iter().position(|port| port.name == cover.output).expect("an output");
+                    covered(hillshade::relief(field, &light), values.get(output).and_then(Value::as_field)?, cover)
+                }
+                None => map(field),
+            };
             match before {
                 Some(port) => {
                     let before = Case { name: case.name.clone(), graph: case.graph.clone(), node: port.node };
                     let values = values_of(&before);
-                    beside(&map(values.get(port.output).and_then(Value::as_field)?), &map(field))
+                    beside(&map(values.get(port.output).and_then(Value::as_field)?), &after)
                 }
-                None => map(field),
+                None => after,
             }
         }
         _ => picture::of_field(field, ty, View::Map),
     };
     Some(png(&seen))
+}
+
+/// A shaded relief with what a node lays on it.
+fn covered([shade, colour]: [Field; 2], amount: &Field, cover: &Cover) -> Field {
+    let window = *colour.window();
+    let tint = light::linear(Srgb::hex(cover.colour));
+    let brightest = shade.samples().iter().copied().fold(0.0, f32::max);
+    let mut samples = colour.into_samples();
+    for (plane, tint) in tint.into_iter().enumerate() {
+        let plane = &mut samples[plane * window.len()..][..window.len()];
+        for ((colour, shade), amount) in plane.iter_mut().zip(shade.samples()).zip(amount.samples()) {
+            let share = (amount / cover.full).clamp(0.0, 1.0);
+            let lit = tint as f32 * (0.3 + 0.7 * shade / brightest);
+            *colour += share * (lit - *colour);
+        }
+    }
+    Field::with_planes(window, 3, samples)
 }
 
 /// Two pictures of the same size, with a white gap between them.

@@ -11,7 +11,10 @@ use orograph_graph::{
     Node, NodeIndex, ParamValue, Port, Registry, Stop, Store, Unit, Value, Warnings, Waypoint, Window, World,
 };
 
-use crate::land::{LAND, SELECTION, world};
+use crate::{
+    land::{LAND, SELECTION, world},
+    subjects::{PICTURE_LAND, SUBJECTS},
+};
 
 /// A node wired to test terrain, with certain parameters.
 #[derive(Clone)]
@@ -62,16 +65,6 @@ fn registry() -> Registry {
     Registry::new(nodes.nodes().iter().copied().chain([&LAND, &SELECTION]))
 }
 
-/// The terrain for the pictures of the manual: a range cut by rivers, and patches on it.
-const PICTURE_LAND: &str = r#"
-    "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
-    "rise": Uplift(radius: "9 km", rate: "1.2 mm/yr"),
-    "base": StreamPower(version: 1, height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
-    "other": Perlin(wavelength: "5 km", amplitude: "900 m"),
-    "patches": Perlin(wavelength: "4 km", amplitude: "1 m", seed: 3),
-    "mask": Select(value: "patches", from: 0.05, falloff: 0.1),
-"#;
-
 /// The terrain for the tests.
 const TEST_LAND: &str = r#"
     "base": TestLand,
@@ -108,87 +101,6 @@ pub fn pictured(node: &'static Node) -> (Case, f64) {
         subject.nodes.iter().find(|(id, _)| *id == node.id).map_or(node.example, |(_, arguments)| arguments);
     (example_on(subject.land, node, arguments), subject.side_m)
 }
-
-/// Terrain on which some nodes show what they do.
-struct Subject {
-    /// Nodes and their arguments.
-    nodes: &'static [(&'static str, &'static str)],
-    side_m: f64,
-    land: &'static str,
-}
-
-/// Nodes that do not show on a range of 16 km.
-const SUBJECTS: [Subject; 5] = [
-    // mountains that end at a plain
-    Subject {
-        nodes: &[("Fans", r#"height: "base", size: 1, slope: 14"#)],
-        side_m: 5000.0,
-        land: r#"
-            "hills": Ridged(wavelength: "1.5 km", octaves: 9, amplitude: "150 m"),
-            "block": Uplift(shape: range, path: [("-2 km", 0), ("7 km", "1 km")], front: "4 km", back: "4 km", rate: "2 mm/yr"),
-            "cut":   StreamPower(version: 18, height: "hills", uplift: "block", reference_rate: "0.25 mm/yr", duration: "1.5 Myr"),
-            "plain": Gradient(from: 330, to: 270, centre: (2500, 2500), azimuth: 180, length: "5 km"),
-            "base":  Combine(a: "cut", b: "plain", mode: max),
-        "#,
-    },
-    // cliffs above a valley
-    Subject {
-        nodes: &[
-            ("Weathering", r#"height: "base", temperature: -4, duration: 60000"#),
-            ("Thermal", r#"height: "base", talus: 33"#),
-            ("Landslide", r#"height: "base", repose: 24, rate: 12"#),
-        ],
-        side_m: 1800.0,
-        land: r#"
-            "hills": Ridged(wavelength: "1.6 km", octaves: 9, amplitude: "900 m", seed: 5),
-            "bare":  Constant(value: 0),
-            "base":  Thermal(version: 1, height: "hills", debris: "bare", rock: 62, tolerance: 0.05),
-        "#,
-    },
-    // a hill of soft ground
-    Subject {
-        nodes: &[
-            (
-                "HydraulicPipe",
-                r#"height: "base", rain: 40, duration: 3600, regolith: 30, entrainment: 0.05, width: 40"#,
-            ),
-            ("Creep", r#"height: "base", diffusivity: 0.02, duration: 30000"#),
-        ],
-        side_m: 1000.0,
-        land: r#"
-            "round": Shape(centre: (480, 520), size: (520, 520), softness: 560),
-            "dome":  Remap(value: "round.mask", from: (0, 1), to: (400, 500), quantity: height),
-            "noise": Perlin(wavelength: 260, octaves: 7, gain: 0.5, amplitude: 26),
-            "base":  Combine(a: "dome", b: "noise"),
-        "#,
-    },
-    // a scan with wrong values
-    Subject {
-        nodes: &[
-            ("Despike", r#"height: "base", radius: 300, threshold: 3"#),
-            ("Median", r#"value: "base", radius: 350"#),
-        ],
-        side_m: 8000.0,
-        land: r#"
-            "broad":  Perlin(wavelength: "5 km", octaves: 4, amplitude: "500 m", seed: 9),
-            "sparse": Noise(kind: value, wavelength: 300, octaves: 1, amplitude: "1 m", seed: 2),
-            "wrong":  Select(value: "sparse", from: 0.7, falloff: 0.02),
-            "spikes": Remap(value: "wrong", from: (0, 1), to: (0, 160), quantity: height),
-            "base":   Combine(a: "broad", b: "spikes"),
-        "#,
-    },
-    // a range without its finest forms
-    Subject {
-        nodes: &[("Sharpen", r#"height: "base", radius: 700, amount: 1.5"#)],
-        side_m: 16_384.0,
-        land: r#"
-            "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
-            "rise":  Uplift(radius: "9 km", rate: "1.2 mm/yr"),
-            "range": StreamPower(version: 1, height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38, headwater_variation: 0),
-            "base":  Blur(value: "range", radius: 450),
-        "#,
-    },
-];
 
 /// Filters with a radius: their title, the node, and all arguments but the last, which is the radius.
 pub const REACHING: [(&str, &str, &str); 7] = [
@@ -239,7 +151,7 @@ fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
                 "flow": Flow(height: "base"),
                 "strata": Stratify(height: "base", dip: 5),
                 "path": Path(width: 200),
-                "tint": Ramp(value: "base", high: 2000),
+                "tint": Ramp(version: 2, value: "base", range: set, high: 2000),
                 "relief": Hillshade(version: 1, height: "base"),
                 "node": {},
             }},

@@ -183,7 +183,7 @@ fn short_runs_on_levels_change_a_model_as_single_grids_do() {
         let source = format!(
             "(format: 1, world: (size: (15360, 15360), cells: (256, 256), seed: 5, boundary: {sides}), nodes: {{
                 \"today\": Import(file: \"data/bigtujunga_512_30m.tif\"),
-                \"rivers\": StreamPower(version: 18, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
+                \"rivers\": StreamPower(version: 19, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
                     {changes} schedule: {schedule}),
             }}, outputs: {{ \"before\": \"today\", \"height\": \"rivers\" }})"
         );

@@ -147,7 +147,8 @@ pub(crate) fn job_on<'a>(node: &'a Node, params: &'a ParamValues, window: Window
     }
 }
 
-/// Runs a node on a window with the values of its inputs; those without one have their default constant.
+/// Runs a node on a window with the values of its inputs; those without one have their default constant, but `uplift`
+/// is 0.
 pub(crate) fn run_with(
     wanted: Wanted,
     cancel: &Cancel,
@@ -158,6 +159,8 @@ pub(crate) fn run_with(
 ) -> (Result<Outputs, NodeError>, Vec<String>) {
     let inputs = node.inputs.iter().map(|input| match (value(input.name), input.fallback) {
         (Some(value), _) => InputValue::Value(value),
+        // terrain does not rise by itself
+        (None, _) if input.name == "uplift" => InputValue::Constant(0.0),
         (None, Fallback::Constant { default, .. }) => InputValue::Constant(default),
         (None, _) => InputValue::Absent,
     });

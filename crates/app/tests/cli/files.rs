@@ -343,7 +343,7 @@ const PAINTED: &str = r#"(
         "land": Ridged(wavelength: 700, amplitude: 200),
         "steep": Slope(height: "land", from: 10, to: 60, falloff: 10),
         "low": Select(value: "land", from: -500, to: 100, falloff: 60),
-        "colour": Ramp(value: "land", low: 0, high: 200),
+        "colour": Ramp(version: 2, value: "land", range: set, low: 0, high: 200),
         "normal": NormalMap(height: "land"),
         "layers": Splat(second: "steep.mask", fourth: "low"),
     },

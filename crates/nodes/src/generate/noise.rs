@@ -42,17 +42,17 @@ choice! {
 
 params! {
     /// Kind of noise.
-    kind: Kind = Kind::Borders, One, ..;
+    kind: Kind = Kind::Simplex, One, ..;
     /// Size of the largest cells: the mean distance between points.
-    wavelength: f64 = 2500.0, Metres, 1.0..=1e6, soft 200..=30000;
+    wavelength: f64 = 5000.0, Metres, 1.0..=1e6, soft 200..=30000;
     /// Number of octaves, from coarse to fine; those too fine for the cells are replaced by their mean.
-    octaves: i64 = 1, Count, 1..=24, soft 1..=12;
+    octaves: i64 = 10, Count, 1..=24, soft 1..=12;
     /// Ratio of the wavelength of an octave to that of the next finer one.
     lacunarity: f64 = 2.0, One, 1.1..=8.0, soft 1.7..=3.0;
     /// Ratio of the amplitude of an octave to that of the one before.
     gain: f64 = 0.5, One, 0.0..=1.0, soft 0.3..=0.7;
     /// Height of a value of 1, or of a distance of one wavelength.
-    amplitude: f64 = 600.0, Metres, 0.0..=1e6, soft 0..=4000;
+    amplitude: f64 = 400.0, Metres, 0.0..=1e6, soft 0..=4000;
     /// How far points are displaced from a regular grid: 0 not at all, 1 anywhere in their cells.
     jitter: f64 = 1.0, One, 0.0..=1.0, when kind = "nearest" | "second" | "borders";
     /// How distances are measured; not used by `value` and `simplex`.
@@ -71,8 +71,18 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Noise",
+    version: 2,
+    migrations: &[Migration {
+        from: 1,
+        steps: &[
+            Step::Keep { name: "kind", value: "borders" },
+            Step::Keep { name: "octaves", value: "1" },
+            Step::Keep { name: "wavelength", value: "2500" },
+            Step::Keep { name: "amplitude", value: "600" },
+        ],
+    }],
     category: "generate",
-    summary: "Plates, basins, scales or knolls: cellular (Worley), simplex and value noise.",
+    summary: "Hills without rows and columns, plates, basins or scales: simplex, cellular (Worley) and value noise.",
     doc: include_str!("noise.md"),
     sources: &[
         "S. Worley, 1996, A cellular texture basis function",
@@ -215,7 +225,8 @@ mod tests {
             [(Metric::Euclidean, "jitter=1"), (Metric::Manhattan, "jitter=0.7"), (Metric::Chebyshev, "jitter=1")]
         {
             let window = Window { world: world(700, 600, 10.0), origin: [301, 77], cells: [150, 140] };
-            let changes = |kind| format!("{kind},wavelength=130,amplitude=1,{changes},metric={}", metric.name());
+            let changes =
+                |kind| format!("{kind},octaves=1,wavelength=130,amplitude=1,{changes},metric={}", metric.name());
             let [nearest, second] = ["kind=nearest", "kind=second"].map(|kind| generate(window, &NODE, &changes(kind)));
             let params = Params::read(&with_params(&NODE, &changes("kind=nearest")));
             let seed = orograph_graph::mix(orograph_graph::mix(0));
@@ -275,7 +286,7 @@ mod tests {
         let even = cells::mean::<Euclidean>(1.0, [1.0, 0.0]);
         assert!(even > 0.3826 && even < 0.5, "{even}");
         let window = Window::whole(world(1024, 1024, 10.0));
-        let (mean, _) = moments(generate(window, &NODE, "kind=nearest,wavelength=107,amplitude=1").samples());
+        let (mean, _) = moments(generate(window, &NODE, "kind=nearest,octaves=1,wavelength=107,amplitude=1").samples());
         assert!((mean - even).abs() < 0.008, "{mean} {even}"); // 9000 cells, deviation 0.2 each
     }
 
@@ -298,8 +309,11 @@ mod tests {
     #[test]
     fn opposite_sides_of_a_tile_fit_together() {
         for kind in KINDS.into_iter().filter(|kind| *kind != "kind=simplex") {
-            let field =
-                generate(Window::whole(world(256, 192, 10.0)), &NODE, &format!("{kind},wavelength=470,tileable=true"));
+            let field = generate(
+                Window::whole(world(256, 192, 10.0)),
+                &NODE,
+                &format!("{kind},octaves=1,wavelength=470,tileable=true"),
+            );
             let [within, across] = seams(&field);
             assert!(across <= 1.1 * within, "{kind}: {across} {within}");
         }
@@ -310,7 +324,7 @@ mod tests {
     #[test]
     fn simplex_noise_is_the_sum_of_all_kernels_around() {
         let window = Window { world: world(700, 600, 10.0), origin: [301, 77], cells: [150, 140] };
-        let field = generate(window, &NODE, "kind=simplex,wavelength=130,amplitude=1");
+        let field = generate(window, &NODE, "kind=simplex,octaves=1,wavelength=130,amplitude=1");
         let seed = orograph_graph::mix(orograph_graph::mix(0));
         let fractal = Fractal { wavelength_m: 104.0, octaves: 1, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
         let octave = fractal.octaves(&window.world)[0];
@@ -342,7 +356,7 @@ mod tests {
     #[test]
     fn simplex_noise_is_even() {
         let window = Window::whole(world(2048, 2048, 10.0));
-        let field = generate(window, &NODE, "kind=simplex,wavelength=107,amplitude=1");
+        let field = generate(window, &NODE, "kind=simplex,octaves=1,wavelength=107,amplitude=1");
         let (mean, std) = moments(field.samples());
         let most = field.samples().iter().fold(0.0_f32, |most, n| most.max(n.abs()));
         assert!(mean.abs() < 0.005 && (std / 0.54 - 1.0).abs() < 0.03, "{mean} {std}");
