@@ -21,7 +21,7 @@ const LAND: &str = r##"(
     world: (size: "4 km", cells: 96, seed: 3),
     nodes: {
         "land":   Ridged(wavelength: "3 km", amplitude: "600 m"),
-        "red":    Ramp(value: "land", palette: stops, stops: [(0, "#ff0000"), (900, "#ff2000")]),
+        "red":    Ramp(version: 2, value: "land", palette: stops, stops: [(0, "#ff0000"), (900, "#ff2000")]),
         "layers": Splat(second: "steep.mask"),
         "steep":  Slope(height: "land"),
         "water":  Flow(height: "land"),

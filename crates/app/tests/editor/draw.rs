@@ -92,6 +92,11 @@ fn line_is_drawn_and_dragged(window: &mut Harness<'_, App>) {
     assert!(window.query_by_label("Redraw").is_some());
     key(window, Modifiers::NONE, Key::Escape);
     assert!(window.query_by_label("Redraw").is_none(), "Escape ends the drawing");
+    key(window, Modifiers::NONE, Key::P);
+    window.run_steps(2);
+    assert!(window.query_by_label("Redraw").is_some());
+    key(window, Modifiers::NONE, Key::Enter);
+    assert!(window.query_by_label("Redraw").is_none(), "Enter ends it too");
 }
 
 /// The point that was drawn last is taken back, and then Delete is pressed.

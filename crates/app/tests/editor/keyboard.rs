@@ -5,8 +5,9 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
 use crate::{
-    canvas::{ROW, document, ground, window_on},
+    canvas::{ROW, document, ground, place_of, source_of, window_on},
     hand::{click, key, title, type_text},
+    look,
 };
 
 fn names(window: &Harness<'_, App>) -> Vec<String> {
@@ -110,4 +111,67 @@ fn a_click_on_the_help_button_opens_the_legend() {
     assert!(window.query_by_label("Wires").is_some() && window.query_by_label("Zoom, pan").is_some());
     click(&mut window, egui::pos2(500.0, 250.0));
     assert!(window.query_by_label("Wires").is_none(), "a click elsewhere closes it");
+}
+
+#[test]
+fn nodes_are_moved_and_wired_by_keys() {
+    let (mut window, _folder) = window_on(ROW);
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    for (way, by) in [
+        (Key::ArrowRight, [1.0, 0.0]),
+        (Key::ArrowDown, [0.0, 1.0]),
+        (Key::ArrowLeft, [-1.0, 0.0]),
+        (Key::ArrowUp, [0.0, -1.0]),
+    ] {
+        let before = place_of(&window, "lonely").expect("it is in the layout");
+        key(&mut window, Modifiers::NONE, way);
+        let after = place_of(&window, "lonely").expect("it is in the layout");
+        let moved = [0, 1].map(|axis| (after[axis] - before[axis]).signum() * f64::from(after[axis] != before[axis]));
+        assert_eq!(moved, by, "{before:?} {after:?}");
+    }
+    // connected by a list, with words to narrow it
+    assert_eq!(source_of(&window, "lonely", 0), None);
+    key(&mut window, Modifiers::NONE, Key::W);
+    type_text(&mut window, "ground lonely.height");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
+    // the graph has the keys again
+    key(&mut window, Modifiers::NONE, Key::W);
+    type_text(&mut window, "disconnect height");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(source_of(&window, "lonely", 0), None);
+    // nothing that would close a cycle is offered
+    let ground_node = title(&window, "ground");
+    click(&mut window, ground_node);
+    key(&mut window, Modifiers::NONE, Key::W);
+    window.run_steps(2);
+    look(&mut window, "connect");
+    assert!(window.query_by_label("ground.height to lonely.height").is_some());
+    assert!(window.query_by_label("disconnect ground.height from steps.height").is_some());
+    assert!(window.query_by_label_contains("to ground.").is_none());
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    assert!(window.query_by_label("ground.height to lonely.height").is_none());
+    // without a selection the arrows move the view
+    let empty = ground(&window);
+    click(&mut window, empty);
+    let before = title(&window, "place");
+    key(&mut window, Modifiers::NONE, Key::ArrowLeft);
+    assert!(title(&window, "place").x > before.x + 20.0);
+}
+
+#[test]
+fn f_frames_the_selection_and_v_pins_it() {
+    let (mut window, _folder) = window_on(ROW);
+    let pane = window.get_by_label("graph").rect();
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    let before = window.get_by_label_contains("node lonely:").rect();
+    key(&mut window, Modifiers::NONE, Key::F);
+    let after = window.get_by_label_contains("node lonely:").rect();
+    assert!(after.width() >= before.width() && after.center().distance(pane.center()) < 2.0, "{before} {after} {pane}");
+    key(&mut window, Modifiers::NONE, Key::V);
+    assert_eq!(window.state().session().pinned(), Some("lonely.height"));
+    key(&mut window, Modifiers::NONE, Key::V);
+    assert_eq!(window.state().session().pinned(), None);
 }

@@ -109,7 +109,7 @@ const RICH: &str = r##"(
         "way":    Path(points: [(200, 200), (at: (500, 400), width: 40), (800, 300)]),
         "range":  Uplift(shape: range, path: [(0, 200), (500, 300), (1000, 800)], front: 300, back: 300),
         "rock":   Stratify(height: "base", layers: [(thickness: 30, hardness: 3), (thickness: 20, hardness: 1)]),
-        "tints":  Ramp(value: "base", palette: stops, stops: [(0, "#203040"), (90, "#f0f0f0")]),
+        "tints":  Ramp(version: 2, value: "base", palette: stops, stops: [(0, "#203040"), (90, "#f0f0f0")]),
         "paint":  Paint(height: "base", strokes: [(tool: raise, radius: 60, strength: 10, points: [(100, 100)])]),
         "storm":  HydraulicPipe(height: "base", duration: 3000, rain: 60),
         "steep":  Slope(height: "base"),

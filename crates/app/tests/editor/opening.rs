@@ -167,6 +167,7 @@ fn a_lost_graphics_device_loses_no_work() {
 fn a_window_has_as_many_panes_as_fit() {
     crate::draws();
     for (name, size, scale, seen) in [
+        ("window_large", [3000.0, 2000.0], 1.0, [true, true, true]),
         ("window_wide", [1280.0, 800.0], 1.0, [true, true, true]),
         ("window_scaled", [853.0, 533.0], 1.5, [true, true, true]),
         ("window_tall", [420.0, 900.0], 1.0, [true, true, true]),

@@ -162,3 +162,27 @@ fn a_new_node_is_not_below_it() {
         assert!(!new.intersects(map), "{name} at {new} below {map}");
     }
 }
+
+#[test]
+fn copies_come_into_view_beside_the_overview() {
+    let (mut window, _folder) = opened();
+    let pane = window.get_by_label("graph").rect();
+    for wanted in ["north_west", "south_east"] {
+        // select a node, leave it out of view, and duplicate it with the pointer elsewhere
+        let place = corner(&window, if wanted == "north_west" { [0.12, 0.12] } else { [0.88, 0.88] });
+        click(&mut window, place);
+        let card = title(&window, wanted);
+        click(&mut window, card);
+        let middle = corner(&window, [0.5, 0.5]);
+        click(&mut window, middle);
+        assert_eq!(node(&window, wanted), None);
+        window.hover_at(pane.center());
+        key(&mut window, Modifiers::COMMAND, Key::D);
+        window.run_steps(3);
+        let copy = selection(&window);
+        assert_ne!(copy, [wanted]);
+        let whole = window.get_by_label_contains(&format!("node {}:", copy[0])).rect();
+        let map = overview(&window).expect("a part is out of view");
+        assert!(pane.contains_rect(whole) && !whole.intersects(map), "{whole} in {pane}, {map}");
+    }
+}

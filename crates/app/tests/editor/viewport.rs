@@ -9,7 +9,7 @@ use crate::{
     built,
     canvas::{ROW, ground, window_on},
     graph,
-    hand::{at, button, click, click_with, drag, key, pull, title, wheel},
+    hand::{at, button, click, click_with, drag, drag_with, key, pull, title, wheel},
     look, picture, settle, until, window,
 };
 
@@ -102,11 +102,51 @@ fn the_land_turns_with_the_hand_and_comes_nearer_with_the_wheel() {
     wheel(&mut window, 4.0);
     let Some(near) = picture(&mut window, "near") else { return };
     assert!(turned != near);
+    drag_with(&mut window, pos2(400.0, 250.0), pos2(460.0, 280.0), Modifiers::SHIFT);
+    let Some(panned) = picture(&mut window, "panned") else { return };
+    assert!(near != panned);
     window.get_by_label("Fit view").click();
     window.step();
     window.event(Event::PointerGone);
     window.step();
     assert!(picture(&mut window, "whole").is_some_and(|whole| whole == before));
+}
+
+/// Every key of the camera changes the picture, in 3D and on the map, and its opposite brings it back.
+#[test]
+fn the_camera_and_the_divider_are_moved_by_keys() {
+    crate::draws();
+    let mut window = hello();
+    for view in [Key::Num3, Key::Num2] {
+        window.hover_at(pos2(400.0, 250.0));
+        key(&mut window, Modifiers::NONE, view);
+        window.step();
+        for (modifiers, there, back) in [
+            (Modifiers::NONE, Key::ArrowLeft, Key::ArrowRight),
+            (Modifiers::SHIFT, Key::ArrowUp, Key::ArrowDown),
+            (Modifiers::NONE, Key::Plus, Key::Minus),
+        ] {
+            let Some(before) = picture(&mut window, "before") else { return };
+            key(&mut window, modifiers, there);
+            window.step();
+            let Some(moved) = picture(&mut window, "moved") else { return };
+            assert!(before != moved, "{view:?} {there:?}");
+            key(&mut window, modifiers, back);
+            window.step();
+            let Some(after) = picture(&mut window, "after") else { return };
+            assert!(after != moved, "{view:?} {back:?}");
+        }
+        window.get_by_label("A|B").click();
+        settle(&mut window);
+        window.hover_at(pos2(400.0, 250.0));
+        let Some(before) = picture(&mut window, "divided") else { return };
+        key(&mut window, Modifiers::NONE, Key::OpenBracket);
+        window.step();
+        let Some(moved) = picture(&mut window, "moved") else { return };
+        assert!(before != moved, "{view:?}: the divider stays");
+        window.get_by_label("A|B").click();
+        settle(&mut window);
+    }
 }
 
 #[test]

@@ -20,6 +20,10 @@ use crate::editor::{
 
 /// Number of frames to wait for the clipboard.
 const PATIENCE: u8 = 4;
+/// Points of the window that an arrow key scrolls by.
+const SCROLL: f32 = 60.0;
+/// Factor by which a key zooms.
+const ZOOM: f32 = 1.2;
 
 impl Canvas {
     /// Handles keys while the canvas has the keyboard: the pointer is over it, and no text field has the focus.
@@ -51,7 +55,12 @@ impl Canvas {
         }
         let all = EventFilter { tab: true, horizontal_arrows: true, vertical_arrows: true, escape: false };
         ui.memory_mut(|memory| memory.set_focus_lock_filter(id, all));
-        if self.palette.is_some() || self.find.is_some() || self.rename.is_some() || self.new_subgraph.is_some() {
+        if self.palette.is_some()
+            || self.find.is_some()
+            || self.rename.is_some()
+            || self.new_subgraph.is_some()
+            || self.connect.is_some()
+        {
             return;
         }
         let events = ui.input(|input| input.events.clone());
@@ -76,7 +85,7 @@ impl Canvas {
                     }
                 }
             }
-            if self.find.is_some() || self.rename.is_some() || self.new_subgraph.is_some() {
+            if self.find.is_some() || self.rename.is_some() || self.new_subgraph.is_some() || self.connect.is_some() {
                 return;
             }
             // The next key applies to the new state.
@@ -100,7 +109,7 @@ impl Canvas {
             Action::SelectAll | Action::Find | Action::Arrange | Action::FullSize => Status::can(any),
             Action::FitAll => Status::can(any || !session.document().frames().is_empty()),
             Action::CopyParameters => Status::can(chosen.len() == 1 && chosen[0].index.is_some()),
-            Action::PasteParameters => Status::can(some),
+            Action::PasteParameters | Action::Connect => Status::can(some),
             Action::Align(_) => Status::can(chosen.len() > 1),
             Action::Subgraph => Status::can(some && chosen.iter().all(|entry| entry.index.is_some())),
             Action::Inline => {
@@ -155,6 +164,26 @@ impl Canvas {
                 if let Some(edit) = commands::arrange(&self.model, &cards) {
                     self.apply(ui, session, &edit);
                 }
+            }
+            Action::Connect => self.ask_for_wire(ui, &chosen),
+            Action::Move(way) if chosen.is_empty() => {
+                self.lens = Some(Lens { centre: lens.centre + SCROLL / lens.zoom * way.vector(), ..lens });
+                self.moved = true;
+            }
+            Action::Move(way) => {
+                let step = place::STEP * way.vector();
+                let places = chosen.iter().map(|card| (*card, self.model.cards[*card].at + step)).collect();
+                if let Some(edit) = commands::moved(&self.model, places) {
+                    self.apply(ui, session, &edit);
+                    self.moved = true;
+                }
+            }
+            Action::ZoomIn | Action::ZoomOut => {
+                let factor = if action == Action::ZoomIn { ZOOM } else { 1.0 / ZOOM };
+                let mut closer = lens;
+                closer.zoom_at(lens.rect.center(), factor);
+                self.lens = Some(closer);
+                self.moved = true;
             }
             Action::Collapse => self.collapse(names),
             Action::Mute => {
@@ -338,6 +367,7 @@ impl Canvas {
                     }
                     self.wires.clear();
                     self.moved = true;
+                    self.added.clone_from(&pasted.names);
                     session.select(pasted.names);
                 }
             }

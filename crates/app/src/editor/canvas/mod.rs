@@ -9,6 +9,7 @@
 mod bends;
 mod clip;
 mod commands;
+mod connect;
 mod gesture;
 mod hit;
 mod keys;
@@ -89,12 +90,15 @@ pub(super) struct Canvas {
     menu: Option<menu::Menu>,
     find: Option<overlay::Find>,
     rename: Option<overlay::Rename>,
+    connect: Option<connect::Connect>,
     new_subgraph: Option<reuse::NewSubgraph>,
     /// The reason of a refused edit, its position, and until when it is shown.
     refusal: Option<(String, Pos2, f64)>,
     without_map: bool,
     /// The part of the graph that the overview shows while it is dragged.
     held_overview: Option<Rect>,
+    /// Nodes that were just pasted or duplicated, which the view has to show.
+    added: Vec<String>,
     /// Number of pastes away from the pointer, each shifted from the one before.
     pasted: u32,
     /// The modifier keys that were held at the end of the last frame.
@@ -128,6 +132,7 @@ impl Canvas {
         let order = self.order(session);
         self.point(ui, &response, session, &order);
         self.read(session);
+        self.bring_into_view();
         let brush =
             Brush { painter: ui.painter_at(rect), lens: self.lens.unwrap_or(lens), look: Look::of(ui.visuals()) };
         self.draw(ui, &brush, session);
@@ -136,6 +141,7 @@ impl Canvas {
         self.menu_ui(ui, session);
         self.palette_ui(ui, session);
         self.rename_ui(ui, session);
+        self.connect_ui(ui, session);
         self.new_subgraph_ui(ui, session);
         self.refusal_ui(ui, &brush);
     }

@@ -99,7 +99,7 @@ impl Canvas {
             Hit::Wire(name) | Hit::Bend(name, _) => {
                 if let Some(wire) = model.wire(name) {
                     response.clone().on_hover_ui_at_pointer(|ui| {
-                        ui.label(format!("{} → {}", model.port_name(wire.from), model.port_name(wire.to)));
+                        ui.label(format!("{} to {}", model.port_name(wire.from), model.port_name(wire.to)));
                         ui.label(RichText::new(wire.ty.to_string()).color(brush.look.port(wire.ty)));
                     });
                 }

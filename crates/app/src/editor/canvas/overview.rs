@@ -2,7 +2,7 @@
 
 use egui::{CornerRadius, Id, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 
-use super::{Canvas, paint::Brush, place};
+use super::{Canvas, lens::Lens, paint::Brush, place};
 
 /// Its size, and its distance from the corner, in points.
 pub(super) const SIZE: Vec2 = vec2(168.0, 108.0);
@@ -15,6 +15,25 @@ impl Canvas {
         let room = lens.rect.width() > 2.4 * SIZE.x && lens.rect.height() > 2.0 * SIZE.y;
         let is_shown = room && !self.without_map && all.is_positive() && !lens.seen().contains_rect(all);
         is_shown.then(|| Rect::from_min_size(lens.rect.right_bottom() - SIZE - Vec2::splat(MARGIN), SIZE))
+    }
+
+    /// Pans so that nodes that were just pasted or duplicated are in view and not below the overview.
+    pub(super) fn bring_into_view(&mut self) {
+        let added = std::mem::take(&mut self.added);
+        let bounds = self.model.bounds(|card| added.contains(&card.name)).expand(place::STEP);
+        let Some(lens) = self.lens.as_mut().filter(|_| bounds.is_positive()) else { return };
+        let seen = lens.seen();
+        let shift = |axis: usize| match bounds.max[axis] - bounds.min[axis] > seen.max[axis] - seen.min[axis] {
+            true => bounds.center()[axis] - seen.center()[axis],
+            false => (bounds.min[axis] - seen.min[axis]).min(0.0) + (bounds.max[axis] - seen.max[axis]).max(0.0),
+        };
+        lens.centre += vec2(shift(0), shift(1));
+        let (left, lens) = (lens.seen().left(), *lens);
+        let Some(map) = self.overview_rect().map(|map| lens.to_graph(map.min)) else { return };
+        if bounds.right() > map.x && bounds.bottom() > map.y {
+            let aside = (bounds.right() - map.x).min((bounds.left() - left).max(0.0));
+            self.lens = Some(Lens { centre: lens.centre + vec2(aside, 0.0), ..lens });
+        }
     }
 
     /// The position beside the overview for a new card that would be below it.

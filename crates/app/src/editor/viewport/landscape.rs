@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use eframe::{egui_wgpu::RenderState, wgpu};
-use egui::{Align2, Color32, CursorIcon, Key as Keyboard, Pos2, Rect, Sense, Stroke, TextureId, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, Key as Keyboard, Pos2, Rect, Sense, Stroke, TextureId, Vec2, pos2, vec2};
 
 use orograph_graph::Window;
 
@@ -224,6 +224,25 @@ impl Landscape {
         let start = Orbit::framing(terrain, exaggeration, size);
         let orbit = Orbit { azimuth_deg, elevation_deg, ..start }.framed(terrain, exaggeration, size);
         self.look_from(orbit);
+    }
+
+    /// Turns, pans, and moves closer by notches of a wheel, as a drag by so many points would.
+    pub(super) fn step(&mut self, turn: Vec2, pan: Vec2, notches: f64, exaggeration: f64) {
+        let Some(mut orbit) = self.orbit(exaggeration).filter(|_| !self.is_flying()) else { return };
+        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        let pixels = |points: Vec2| [f64::from(points.x), f64::from(points.y)];
+        orbit.drag(pixels(turn), size);
+        orbit.pan(pixels(pan), size);
+        orbit.scroll(notches, None);
+        if let Some(terrain) = self.sides[0].renderer.terrain() {
+            orbit.limit(terrain, exaggeration);
+        }
+        self.look_from(orbit);
+    }
+
+    /// Moves the divider of a comparison by a fraction of the width.
+    pub(super) fn move_divider(&mut self, by: f32) {
+        self.split.step(by);
     }
 
     /// Returns true in fly mode.

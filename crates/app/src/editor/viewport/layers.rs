@@ -1,18 +1,17 @@
 //! The values of other layers at the pointer: what the shown output lies on, the other outputs of its node, and the
 //! outputs of the file, as far as they are built.
 
-use egui::{Align2, Id, Painter, Rect, Response, Sense, Ui, Vec2, WidgetInfo, WidgetType, vec2};
+use egui::{Align2, Id, Painter, Rect, Response, Sense, Ui, Vec2, WidgetInfo, WidgetType, pos2, vec2};
 use orograph_graph::{Port, PortType, Value};
 
 use super::{Shown, draw::Projection, label, map};
 use crate::editor::Session;
 
-/// Most lines.
-const MOST: usize = 8;
-/// Height of a line in points.
+/// Height of a line, and the distance between columns, in points.
 const LINE: f32 = 21.0;
+const BETWEEN: f32 = 20.0;
 
-/// Draws the values above the value of the shown output.
+/// Draws the values above the value of the shown output, in columns from the right where there are many.
 pub(super) fn show(
     ui: &Ui,
     (response, painter): (&Response, &Painter),
@@ -24,9 +23,17 @@ pub(super) fn show(
     let Some(place) = place else { return };
     let texts = texts(session, shown, place);
     let corner = response.rect.right_bottom() - vec2(10.0, 10.0);
-    let room = (response.rect.height() / LINE) as usize;
-    for (above, text) in texts.iter().enumerate().take(room.saturating_sub(2)) {
-        label(painter, corner - vec2(0.0, LINE * (above + 1) as f32), Align2::RIGHT_BOTTOM, text);
+    let rows = ((response.rect.height() / LINE) as usize).saturating_sub(2).max(1);
+    let mut right = corner.x;
+    for column in texts.chunks(rows) {
+        let lines = column.iter().zip(1_u16..).map(|(text, line)| {
+            let at = pos2(right, corner.y - LINE * f32::from(line));
+            label(painter, at, Align2::RIGHT_BOTTOM, text).left()
+        });
+        right = lines.fold(right, f32::min) - BETWEEN;
+        if right < response.rect.left() {
+            break;
+        }
     }
     let all = ui.interact(Rect::from_min_size(corner, Vec2::ZERO), Id::new("values at the pointer"), Sense::hover());
     all.widget_info(|| WidgetInfo::labeled(WidgetType::Label, true, texts.join(", ")));
@@ -49,8 +56,7 @@ fn texts(session: &Session, shown: &Shown, place: [f64; 2]) -> Vec<String> {
             names.push((name, graph.output_type(port)));
         }
     }
-    let texts = names.into_iter().filter_map(|(name, ty)| value(session, &name, ty, place));
-    texts.take(MOST).collect()
+    names.into_iter().filter_map(|(name, ty)| value(session, &name, ty, place)).collect()
 }
 
 /// The value of an output at a position. Returns None when it is not built, or not a field.

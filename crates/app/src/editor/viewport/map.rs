@@ -1,7 +1,8 @@
 //! The map: the terrain from above.
 
 use egui::{
-    Align2, Color32, CursorIcon, Event, FontId, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle, pos2, vec2,
+    Align2, Color32, CursorIcon, Event, FontId, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle, Vec2, pos2,
+    vec2,
 };
 use orograph_graph::{Field, PortType, Unit, Window};
 
@@ -83,6 +84,8 @@ pub(super) struct Map {
     split: Split,
     /// The visible part of the world in the last frame.
     view: Option<View>,
+    /// The pane in the last frame.
+    pane: Option<Rect>,
 }
 
 /// The finer part of an output.
@@ -105,6 +108,24 @@ impl Map {
         self.camera = None;
     }
 
+    /// Pans by points of the screen.
+    pub(super) fn pan(&mut self, by: Vec2) {
+        let Some(pane) = self.pane else { return };
+        self.camera.get_or_insert_with(|| Camera::fit(self.size, pane)).drag(-by);
+    }
+
+    /// Zooms around the centre by a factor.
+    pub(super) fn zoom(&mut self, factor: f64) {
+        let Some(pane) = self.pane else { return };
+        let size = self.size;
+        self.camera.get_or_insert_with(|| Camera::fit(size, pane)).zoom(pane, pane.center(), factor, size);
+    }
+
+    /// Moves the divider of a comparison by a fraction of the width.
+    pub(super) fn move_divider(&mut self, by: f32) {
+        self.split.step(by);
+    }
+
     /// Draws the map: the first picture, and right of the divider the second, if there are two, each with its finer
     /// part. `tool` is true if the primary button belongs to a tool.
     pub(super) fn ui(
@@ -119,6 +140,7 @@ impl Map {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let response = response.named("map of the terrain");
         let pane = response.rect;
+        self.pane = Some(pane);
         let size = shown[0].field.window().world.size;
         if self.size != size {
             (self.size, self.camera) = (size, None);
@@ -206,12 +228,13 @@ impl Map {
     }
 }
 
-/// Text on a dark background, over a picture.
-pub(in crate::editor) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) {
+/// Text on a dark background, over a picture; returns the rectangle of the text.
+pub(in crate::editor) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) -> Rect {
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());
     painter.rect_filled(rect.expand2(vec2(6.0, 3.0)), 3.0, Color32::from_black_alpha(150));
     painter.galley(rect.min, galley, Color32::WHITE);
+    rect
 }
 
 /// The value at a position, as text.

@@ -24,7 +24,7 @@ mod views;
 use std::path::Path;
 
 use egui::{
-    PopupCloseBehavior,
+    PopupCloseBehavior, Vec2,
     containers::menu::{MenuButton, MenuConfig},
 };
 use orograph_graph::{PortType, Window};
@@ -58,6 +58,9 @@ use crate::view::ViewError;
 /// The stored choice of the navigation, and its text for that of Blender.
 const NAVIGATION: &str = "navigation";
 const BLENDER: &str = "blender";
+
+/// Points that an arrow key moves the camera or the map by.
+const STEP: f32 = 24.0;
 
 /// Minimum width of a saved picture in pixels.
 const PICTURE_WIDTH: u32 = 1920;
@@ -200,6 +203,8 @@ impl Viewport {
         for event in ui.input(|input| input.events.clone()) {
             if let Some(action) = actions::asked_by(Part::Viewport, &event, egui::Modifiers::NONE)
                 && self.status(session, action).enabled
+                // the arrow keys belong to a handle that has the keyboard
+                && !(matches!(action, Action::Turn(_) | Action::Pan(_)) && draw::has_keyboard(ui.ctx()))
             {
                 self.carry_out(action, session);
             }
@@ -384,6 +389,10 @@ impl Viewport {
                 let on = session.compared().is_some();
                 Status::switch(on || !session.document().nodes().is_empty(), on)
             }
+            Action::DividerLeft | Action::DividerRight => Status::can(session.compared().is_some()),
+            Action::Turn(_) | Action::Pan(_) | Action::Closer | Action::Farther => {
+                Status::can(session.shown().is_some() && !terrain.is_some_and(Landscape::is_flying))
+            }
             Action::Sea if session.document().world().sea_level.is_none() => Status::switch(false, false),
             _ => self.look.switched(action).map_or(Status::can(session.shown().is_some()), in_3d),
         }
@@ -399,6 +408,17 @@ impl Viewport {
                 self.map.fit();
                 if let Ok(landscape) = &mut self.landscape {
                     landscape.fit();
+                }
+            }
+            Action::Turn(way) => self.step(-STEP * way.vector(), Vec2::ZERO, 0.0),
+            Action::Pan(way) => self.step(Vec2::ZERO, -STEP * way.vector(), 0.0),
+            Action::Closer => self.step(Vec2::ZERO, Vec2::ZERO, 1.0),
+            Action::Farther => self.step(Vec2::ZERO, Vec2::ZERO, -1.0),
+            Action::DividerLeft | Action::DividerRight => {
+                let by = if action == Action::DividerLeft { -0.02 } else { 0.02 };
+                match (self.mode, &mut self.landscape) {
+                    (Mode::Terrain, Ok(landscape)) => landscape.move_divider(by),
+                    _ => self.map.move_divider(by),
                 }
             }
             Action::Fly => {
@@ -427,6 +447,17 @@ impl Viewport {
                 session.compare(other);
             }
             _ => self.look.switch(action),
+        }
+    }
+
+    /// Moves the camera, or the map, as a drag by so many points and so many notches of the wheel would.
+    fn step(&mut self, turn: Vec2, pan: Vec2, notches: f64) {
+        match (self.mode, &mut self.landscape) {
+            (Mode::Terrain, Ok(landscape)) => landscape.step(turn, pan, notches, self.look.exaggeration()),
+            _ => {
+                self.map.pan(-(turn + pan));
+                self.map.zoom((0.25 * notches).exp2());
+            }
         }
     }
 

@@ -18,6 +18,11 @@ impl Default for Split {
 }
 
 impl Split {
+    /// Moves the divider by a fraction of the pane's width.
+    pub(super) fn step(&mut self, by: f32) {
+        self.share = (self.share + by).clamp(0.02, 0.98);
+    }
+
     /// Lets you drag the divider; returns its x on the screen.
     pub(super) fn ui(&mut self, ui: &egui::Ui, pane: Rect) -> f32 {
         let x = pane.left() + self.share * pane.width();

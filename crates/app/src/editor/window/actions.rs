@@ -2,12 +2,38 @@
 //! generated.
 
 use egui::{
-    Atom, Atoms, Button, Context, Event, Id, Key, KeyboardShortcut, Modifiers, Pos2, Response, Stroke, Ui, WidgetInfo,
-    WidgetType, vec2,
+    Atom, Atoms, Button, Context, Event, Id, Key, KeyboardShortcut, Modifiers, Pos2, Response, Stroke, Ui, Vec2,
+    WidgetInfo, WidgetType, vec2,
 };
 
 use super::app::Pane;
 use crate::editor::canvas::Alignment;
+
+/// A direction on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Way {
+    Left,
+    Right,
+    Up,
+    Down,
+}
+
+impl Way {
+    /// A step of length 1; down is positive.
+    pub(crate) const fn vector(self) -> Vec2 {
+        match self {
+            Self::Left => vec2(-1.0, 0.0),
+            Self::Right => vec2(1.0, 0.0),
+            Self::Up => vec2(0.0, -1.0),
+            Self::Down => vec2(0.0, 1.0),
+        }
+    }
+
+    /// The one of four that belongs to this direction.
+    const fn of<T: Copy>(self, all: [T; 4]) -> T {
+        all[self as usize]
+    }
+}
 
 /// An action of a menu or key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +63,8 @@ pub(crate) enum Action {
     Frame,
     Arrange,
     Align(Alignment),
+    Move(Way),
+    Connect,
     Subgraph,
     Inline,
     Rename,
@@ -45,11 +73,17 @@ pub(crate) enum Action {
     FitAll,
     Fit,
     FullSize,
+    ZoomIn,
+    ZoomOut,
     Overview,
     PinToViewport,
     View3d,
     Map,
     FitView,
+    Turn(Way),
+    Pan(Way),
+    Closer,
+    Farther,
     Fly,
     Contours,
     Sea,
@@ -62,6 +96,8 @@ pub(crate) enum Action {
     NextHandle,
     PreviousHandle,
     Compare,
+    DividerLeft,
+    DividerRight,
     Blender,
     Pane(Pane),
     Maximise,
@@ -91,6 +127,15 @@ pub(crate) struct ActionInfo {
 const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const BOTH: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+const SHIFT: Modifiers = Modifiers::SHIFT;
+
+/// The keys of the four directions.
+const ARROWS: [&[(Modifiers, Key)]; 4] =
+    [&[(NONE, Key::ArrowLeft)], &[(NONE, Key::ArrowRight)], &[(NONE, Key::ArrowUp)], &[(NONE, Key::ArrowDown)]];
+const SHIFTED: [&[(Modifiers, Key)]; 4] =
+    [&[(SHIFT, Key::ArrowLeft)], &[(SHIFT, Key::ArrowRight)], &[(SHIFT, Key::ArrowUp)], &[(SHIFT, Key::ArrowDown)]];
+const PLUS: &[(Modifiers, Key)] = &[(NONE, Key::Plus), (NONE, Key::Equals)];
+const MINUS: &[(Modifiers, Key)] = &[(NONE, Key::Minus)];
 
 impl Action {
     /// Its texts and keys.
@@ -136,6 +181,21 @@ impl Action {
             Self::Frame => graph("Frame", "Add a frame with a note around the selection", &[(NONE, Key::C)]),
             Self::Arrange => graph("Arrange", "Arrange the selected nodes, or all, in layers", &[(NONE, Key::L)]),
             Self::Align(how) => graph(how.name(), "Align the selected nodes", &[]),
+            Self::Move(way) => graph(
+                way.of(["Move left", "Move right", "Move up", "Move down"]),
+                way.of([
+                    "Move the selected nodes to the left, or the view if none is selected",
+                    "Move the selected nodes to the right, or the view if none is selected",
+                    "Move the selected nodes up, or the view if none is selected",
+                    "Move the selected nodes down, or the view if none is selected",
+                ]),
+                way.of(ARROWS),
+            ),
+            Self::Connect => graph(
+                "Connect…",
+                "Connect or disconnect the selected node, or two selected nodes, by a list",
+                &[(NONE, Key::W)],
+            ),
             Self::Subgraph => {
                 graph("Make subgraph…", "Move the selected nodes into a new graph file", &[(CTRL, Key::G)])
             }
@@ -148,11 +208,30 @@ impl Action {
             Self::FitAll => graph("Zoom to fit all", "Zoom to fit all", &[(NONE, Key::Home)]),
             Self::Fit => graph("Zoom to the selection", "Zoom to the selection", &[(NONE, Key::F)]),
             Self::FullSize => graph("Zoom to 100 %", "Zoom to 100 %", &[(NONE, Key::Num1)]),
+            Self::ZoomIn => graph("Zoom in", "Zoom in", PLUS),
+            Self::ZoomOut => graph("Zoom out", "Zoom out", MINUS),
             Self::Overview => graph("Overview", "Show an overview of the graph in a corner", &[(NONE, Key::O)]),
             Self::PinToViewport => graph("Pin to viewport", "Pin to viewport", &[(NONE, Key::V)]),
             Self::View3d => viewport("3D", "3D view", &[(NONE, Key::Num3)]),
             Self::Map => viewport("Map", "Map view from above", &[(NONE, Key::Num2)]),
             Self::FitView => viewport("Fit view", "Show the whole world", &[(NONE, Key::Home)]),
+            Self::Turn(way) => viewport(
+                way.of(["Turn left", "Turn right", "Turn up", "Turn down"]),
+                way.of([
+                    "Turn the camera to the left; on the map, pan",
+                    "Turn the camera to the right; on the map, pan",
+                    "Raise the camera; on the map, pan",
+                    "Lower the camera; on the map, pan",
+                ]),
+                way.of(ARROWS),
+            ),
+            Self::Pan(way) => viewport(
+                way.of(["Pan left", "Pan right", "Pan up", "Pan down"]),
+                way.of(["Pan to the left", "Pan to the right", "Pan forward", "Pan back"]),
+                way.of(SHIFTED),
+            ),
+            Self::Closer => viewport("Closer", "Zoom in", PLUS),
+            Self::Farther => viewport("Farther", "Zoom out", MINUS),
             Self::Fly => viewport(
                 "Fly",
                 "Fly: W A S D to move, E and Q for up and down, Shift for faster, drag to look, wheel for the speed",
@@ -181,6 +260,12 @@ impl Action {
                 window("Previous handle", "Move the keyboard focus to the previous handle", &[(BOTH, Key::J)])
             }
             Self::Compare => viewport("Compare", "Compare with another output", &[(NONE, Key::X)]),
+            Self::DividerLeft => {
+                viewport("Divider left", "Move the divider of a comparison to the left", &[(NONE, Key::OpenBracket)])
+            }
+            Self::DividerRight => {
+                viewport("Divider right", "Move the divider of a comparison to the right", &[(NONE, Key::CloseBracket)])
+            }
             Self::Blender => viewport(
                 "Blender navigation",
                 "Middle drag orbits, with Shift it pans, with Ctrl it zooms; the left button is for handles",
@@ -263,6 +348,7 @@ pub(crate) const EDIT: Lines = &[
     &[Line::Do(Action::Rename), Line::Do(Action::Mute), Line::Do(Action::Collapse)],
     &[
         Line::Do(Action::Add),
+        Line::Do(Action::Connect),
         Line::Do(Action::Frame),
         Line::Do(Action::Subgraph),
         Line::Do(Action::Inline),
@@ -276,6 +362,10 @@ pub(crate) const EDIT: Lines = &[
                 Action::Align(Alignment::ALL[3]),
             ],
         ),
+        Line::Sub(
+            "Move",
+            &[Action::Move(Way::Left), Action::Move(Way::Right), Action::Move(Way::Up), Action::Move(Way::Down)],
+        ),
     ],
 ];
 
@@ -284,10 +374,31 @@ pub(crate) const VIEW: Lines = &[
         Line::Do(Action::FitAll),
         Line::Do(Action::Fit),
         Line::Do(Action::FullSize),
+        Line::Sub("Zoom", &[Action::ZoomIn, Action::ZoomOut]),
         Line::Do(Action::Overview),
         Line::Do(Action::PinToViewport),
     ],
-    &[Line::Do(Action::View3d), Line::Do(Action::Map), Line::Do(Action::FitView), Line::Do(Action::Fly)],
+    &[
+        Line::Do(Action::View3d),
+        Line::Do(Action::Map),
+        Line::Do(Action::FitView),
+        Line::Sub(
+            "Camera",
+            &[
+                Action::Turn(Way::Left),
+                Action::Turn(Way::Right),
+                Action::Turn(Way::Up),
+                Action::Turn(Way::Down),
+                Action::Pan(Way::Left),
+                Action::Pan(Way::Right),
+                Action::Pan(Way::Up),
+                Action::Pan(Way::Down),
+                Action::Closer,
+                Action::Farther,
+            ],
+        ),
+        Line::Do(Action::Fly),
+    ],
     &[
         Line::Do(Action::Contours),
         Line::Do(Action::Sea),
@@ -302,6 +413,7 @@ pub(crate) const VIEW: Lines = &[
         Line::Do(Action::NextHandle),
         Line::Do(Action::PreviousHandle),
         Line::Do(Action::Compare),
+        Line::Sub("Divider", &[Action::DividerLeft, Action::DividerRight]),
     ],
     &[
         Line::Sub(
