@@ -1,6 +1,7 @@
 //! Time per cell of every node as a table: `cargo run --release -p orograph-tests --example speed`. Arguments after
-//! `--`: a side in cells and names of nodes, or `radii` for nodes with a radius at several radii, or
-//! `layers` for nodes that read layers of rock; see `docs/speed.md`.
+//! `--`: a side in cells and names of nodes, or `radii` for nodes with a radius at several radii, `layers` for nodes
+//! that read layers of rock, `growth` and names of nodes for several numbers of cells, or `ice` for the steps of
+//! `Glacial`; see `docs/speed.md`.
 //!
 //! Each node runs on its example on the test terrain, on one thread, with its inputs computed before. The result is the
 //! mean of the runs that fit into a fraction of a second, in nanoseconds of that thread per cell of the world:
@@ -8,6 +9,8 @@
 //! Systems report it in steps of milliseconds, so that single runs cannot be timed.
 
 #![expect(clippy::disallowed_methods, reason = "it measures time")]
+
+mod ice;
 
 use std::{
     error::Error,
@@ -45,6 +48,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     if names == ["layers"] {
         return Ok(one.install(|| layers(side))?);
+    }
+    if names == ["ice"] {
+        return Ok(one.install(|| ice::table(side))?);
+    }
+    if let Some((_, names)) = names.split_first().filter(|(first, _)| *first == "growth") {
+        return Ok(one.install(|| growth(names))?);
     }
     println!("| category | node | ns per cell |\n| --- | --- | ---: |");
     for node in registry().nodes().iter().filter(|node| names.is_empty() || names.iter().any(|name| name == node.id)) {
@@ -97,6 +106,26 @@ fn layers(side: u32) -> Result<(), String> {
         });
         let more = |times: f64, base: f64| (times / base - 1.0) * 100.0;
         println!("| {} | {without:.0} | {:+.1} % | {:+.1} % |", node.id, more(few, without), more(many, few));
+    }
+    Ok(())
+}
+
+/// Sides in cells of the table of growth.
+const SIDES: [u32; 4] = [512, 1024, 2048, 4096];
+
+/// Times of nodes on the same world in more and more cells.
+fn growth(names: &[String]) -> Result<(), String> {
+    println!("| node | {} | 4096 over 512 |", SIDES.map(|side| format!("{side}")).join(" | "));
+    println!("| --- |{}", " ---: |".repeat(SIDES.len() + 1));
+    for node in registry().nodes().iter().filter(|node| names.iter().any(|name| name == node.id)) {
+        let case = example(node);
+        let mut times = Vec::new();
+        for side in SIDES {
+            let window = Window::whole(world(side));
+            times.push(mean(&case, &inputs(&case, window), window)? / window.len() as f64);
+        }
+        let texts: Vec<String> = times.iter().map(|ns| format!("{ns:.0}")).collect();
+        println!("| {} | {} | {:.2} |", node.id, texts.join(" | "), times[SIDES.len() - 1] / times[0]);
     }
     Ok(())
 }
