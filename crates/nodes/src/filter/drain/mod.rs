@@ -2,7 +2,7 @@
 //!
 //! 1. Receivers and depressions of the terrain; water leaves each hollow over its lowest pass.
 //! 2. The course: between the surface cut down to the lowest ground upstream and the one filled to the sills.
-//! 3. Sides of the cuts ([`sides`]).
+//! 3. Sides of the cuts: the module `sides`.
 //! 4. The same again for hollows in these sides, and a last routing, by which every cell is raised to at least
 //!    `fall` above the cell that it drains to.
 
