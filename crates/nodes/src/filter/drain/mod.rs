@@ -3,18 +3,19 @@
 //! 1. Receivers and depressions of the terrain; water leaves each hollow over its lowest pass.
 //! 2. The course: between the surface cut down to the lowest ground upstream and the one filled to the sills.
 //! 3. Sides of the cuts: the module `sides`.
-//! 4. The same again for hollows in these sides, and a last routing, by which every cell is raised to at least
+//! 4. The same again for hollows in these sides, and a last routing. After each, every cell is raised to at least
 //!    `fall` above the cell that it drains to.
 
 mod sides;
 #[cfg(test)]
 mod tests;
 
-use orograph_graph::memory::copied;
+use orograph_graph::memory::{copied, zeroed};
 
 use crate::numerics::{
     math, par,
     routing::{Depressions, Drainage, Grid, code, drainage::Amount, receivers},
+    voids,
 };
 use crate::prelude::*;
 
@@ -22,7 +23,7 @@ params! {
     /// From 0, which fills every hollow to its sill, to 1, which cuts every sill to the bottom of the hollow.
     cut: f64 = 0.75, One, 0.0..=1.0;
     /// Maximum slope that the sides of the cuts add to the terrain: the gentler, the wider the valleys.
-    side_slope: f64 = 12.0, Degrees, 1.0..=80.0, soft 10..=60;
+    side_slope: f64 = 12.0, Degrees, 1.0..=80.0, soft 5..=40;
     /// Minimum slope along the flow, as metres of fall per metre: that of the new valley floors.
     fall: f64 = 0.002, One, 0.0..=1.0, soft 0.0..=0.02;
 }
@@ -58,7 +59,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
-    scratch: Scratch::PerCell(26.0),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("smaller cells resolve more hollows and other passes"),
     example: "height: \"base\"",
@@ -67,6 +68,12 @@ pub static NODE: Node = Node {
 
 /// Rounds of cutting: the sides that a cut opens have hollows of their own.
 const ROUNDS: usize = 2;
+
+/// Memory that the kernel needs in addition to its inputs and outputs: codes, labels and donors of basins, the order of
+/// cells, the lowest ground upstream, and heights before and after a round.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    sizing.cells(26.0 - 4.0 * Wants::among(sizing.wanted).count() as f64)
+}
 
 /// The lowest ground upstream.
 #[derive(Clone, Copy, Debug)]
@@ -81,41 +88,49 @@ impl Amount for Lowest {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let height = Inputs::read(job)?.height;
-    let land = height.samples();
+    let land = &*voids::filled(job, height.samples())?;
     let grid = Grid::new(&job.window())?;
-    let (mut codes, mut order, mut lowest) = (vec![0; grid.cells()], Drainage::default(), Vec::new());
+    let (mut codes, mut order, mut lowest) = (zeroed(grid.cells())?, Drainage::default(), Vec::new());
     let mut depressions = Depressions::default();
 
     let angle = params.side_slope.to_radians();
     let slope = math::sin(angle) / math::cos(angle);
+    let share = params.cut as f32;
+    let fall_m = params.fall * job.cell_m();
     let mut drained = copied(land)?;
-    for round in 0..ROUNDS {
-        let before = drained.clone();
+    for round in 0..=ROUNDS {
+        let before = copied(&drained)?;
         route(job, &grid, &before, &mut codes, &mut depressions)?;
-        depressions.fill(&mut drained);
         lowest.clear();
         lowest.extend(before.iter().copied().map(Lowest));
         order.accumulate(job, &grid, &codes, &mut lowest)?;
-        let share = params.cut as f32;
-        par::change_with(&mut drained, &lowest, |filled, lowest| *filled -= share * (*filled - lowest.0));
-        let cuts = sides::cuts(job, &before, &drained, slope)?;
-        sides::open(job, &grid, &cuts, &before, &mut drained)?;
-        job.advance(0.4 * (round + 1) as f32)?;
+        if round < ROUNDS {
+            depressions.fill(&mut drained);
+            par::change_with(&mut drained, &lowest, |filled, lowest| *filled -= share * (*filled - lowest.0));
+            let cuts = sides::cuts(job, &before, &drained, slope)?;
+            sides::open(job, &grid, &cuts, &before, &mut drained)?;
+        }
+        // no ground is left level, on which every cell would be a hollow of its own
+        order.upstream(job, &grid, &codes, &mut drained, |_, code, own, below| {
+            let least = (f64::from(below) + fall_m * code::length(code)) as f32;
+            own.max(if least > below { least } else { below.next_up() })
+        })?;
+        job.advance(0.9 * (round + 1) as f32 / (ROUNDS + 1) as f32)?;
     }
 
-    route(job, &grid, &drained, &mut codes, &mut depressions)?;
-    order.accumulate(job, &grid, &codes, &mut lowest)?;
-    let fall_m = params.fall * job.cell_m();
-    order.upstream(job, &grid, &codes, &mut drained, |_, code, own, below| {
-        let least = (f64::from(below) + fall_m * code::length(code)) as f32;
-        own.max(if least > below { least } else { below.next_up() })
-    })?;
-
+    drop((codes, order, lowest, depressions));
     let wants = Wants::of(job);
-    let field = |samples| Field::new(job.window(), samples);
-    let cut = wants.cut.then(|| field(par::map(land.len(), |at| (land[at] - drained[at]).max(0.0))));
-    let fill = wants.fill.then(|| field(par::map(land.len(), |at| (drained[at] - land[at]).max(0.0))));
-    Ok(Given { height: wants.height.then(|| field(drained)), cut, fill }.into())
+    let of = |value: &(dyn Fn(usize) -> f32 + Sync)| Field::new(job.window(), par::map(land.len(), value));
+    // voids remain
+    let before = height.samples();
+    let kept = |at: usize| if before[at].is_finite() { drained[at] } else { before[at] };
+    let change = |at: usize| if before[at].is_finite() { drained[at] - before[at] } else { 0.0 };
+    Ok(Given {
+        height: wants.height.then(|| of(&kept)),
+        cut: wants.cut.then(|| of(&|at| (-change(at)).max(0.0))),
+        fill: wants.fill.then(|| of(&|at| change(at).max(0.0))),
+    }
+    .into())
 }
 
 /// Fills `codes` with receivers that lead out of the world or into the sea, over the lowest passes.

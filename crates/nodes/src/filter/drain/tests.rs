@@ -121,6 +121,18 @@ fn what_drains_and_what_lies_under_the_sea_is_kept() {
     }
 }
 
+/// Voids stay where they are, and water crosses them as it crosses what lies around them.
+#[test]
+fn voids_are_kept() {
+    let whole = noise(world(60, 50, 40.0), "wavelength=900,octaves=8,amplitude=300");
+    let is_void = |at: usize| (20..24).contains(&(at % 60)) && (18..25).contains(&(at / 60));
+    let holed = |(at, height): (usize, &f32)| if is_void(at) { f32::NAN } else { *height };
+    let height = Field::new(*whole.window(), whole.samples().iter().enumerate().map(holed).collect());
+    let drained = run(&NODE, &with_params(&NODE, ""), &[("height", &height)], "height");
+    assert!((0..60 * 50).all(|at| drained.samples()[at].is_nan() == is_void(at)));
+    assert!(run(&NODE, &with_params(&NODE, ""), &[("height", &height)], "fill").samples().iter().all(|f| *f >= 0.0));
+}
+
 /// Level ground, ground far from 0, and a single row.
 #[test]
 fn flat_and_extreme_terrain_drains() {
