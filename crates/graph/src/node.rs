@@ -364,7 +364,7 @@ impl Reach {
     pub fn is_world(self, params: &ParamValues, cell_m: f64) -> bool {
         match self {
             Self::Point => false,
-            Self::Metres(from) => !from(params, cell_m).is_finite(),
+            Self::Metres(from) => !(0.0..f64::INFINITY).contains(&from(params, cell_m)),
             Self::World => true,
         }
     }

@@ -34,6 +34,8 @@ pub fn table(side: u32) -> Result<(), String> {
     let world = World { size: [WORLD_M; 2], cells: [side; 2], ..World::default() };
     let window = Window::whole(world);
     let ice_cells = (WORLD_M / ICE_CELL_M) * (WORLD_M / ICE_CELL_M);
+    // the rasters of one output do not hide what the ice needs
+    let on_ice = World { cells: [(WORLD_M / ICE_CELL_M) as u32; 2], ..world };
     println!("| method | s | steps of the ice | ns per ice cell and step | copies of the state | bytes per ice cell |");
     println!("| --- | ---: | ---: | ---: | ---: | ---: |");
     let copy = copied(ice_cells as usize);
@@ -49,9 +51,9 @@ pub fn table(side: u32) -> Result<(), String> {
         let steps = report.as_ref().and_then(Value::as_report).and_then(|report| report.get("ice_steps"));
         let params = &case.graph.instance(case.node).params;
         let wired: Vec<bool> = case.kind().inputs.iter().map(|input| input.name == "height").collect();
-        let wanted = Wanted::ALL;
+        let (window, wanted) = (Window::whole(on_ice), Wanted::NONE.with(0));
         let sizing = Sizing { params, window, wired: &wired, wanted, folder: &data_folder() };
-        let bytes = case.kind().scratch.bytes(&sizing) as f64 / ice_cells;
+        let bytes = 4.0 + case.kind().scratch.bytes(&sizing) as f64 / ice_cells;
         let of_step = steps.filter(|steps| *steps > 0.0).map(|steps| ns / steps / ice_cells);
         let text = |value: Option<f64>, digits: usize| value.map_or("".to_owned(), |value| format!("{value:.digits$}"));
         println!(

@@ -115,9 +115,16 @@ const SIDES: [u32; 4] = [512, 1024, 2048, 4096];
 
 /// Times of nodes on the same world in more and more cells.
 fn growth(names: &[String]) -> Result<(), String> {
+    let registry = registry();
+    if let Some(unknown) = names.iter().find(|name| registry.get(name).is_none()) {
+        return Err(format!("no node is named {unknown}"));
+    }
+    if names.is_empty() {
+        return Err("name the nodes".to_owned());
+    }
     println!("| node | {} | 4096 over 512 |", SIDES.map(|side| format!("{side}")).join(" | "));
     println!("| --- |{}", " ---: |".repeat(SIDES.len() + 1));
-    for node in registry().nodes().iter().filter(|node| names.iter().any(|name| name == node.id)) {
+    for node in registry.nodes().iter().filter(|node| names.iter().any(|name| name == node.id)) {
         let case = example(node);
         let mut times = Vec::new();
         for side in SIDES {

@@ -58,7 +58,7 @@ params! {
     /// How distances are measured; not used by `value` and `simplex`.
     metric: Metric = Metric::Euclidean, One, .., when kind = "nearest" | "second" | "borders";
     /// Makes opposite sides of the world fit together; wavelengths are then rounded to whole fractions of its sides.
-    tileable: bool = false, One, ..;
+    tileable: bool = false, One, .., when kind = "value" | "nearest" | "second" | "borders";
     /// Random seed of the pattern.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -82,7 +82,7 @@ pub static NODE: Node = Node {
         ],
     }],
     category: "generate",
-    summary: "Hills without rows and columns, plates, basins or scales: simplex, cellular (Worley) and value noise.",
+    summary: "Hills that show no grid, plates, basins or scales: simplex, cellular (Worley) and value noise.",
     doc: include_str!("noise.md"),
     sources: &[
         "S. Worley, 1996, A cellular texture basis function",

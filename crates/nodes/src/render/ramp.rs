@@ -98,21 +98,30 @@ impl Params {
         self.palette != Palette::Stops || self.second_palette != Palette::Stops
     }
 
-    /// Returns true if the colours depend on the lowest and the highest value.
+    /// Returns true if the colours depend on the lowest and the highest value. With `stops`, a ready-made second palette
+    /// goes from the first stop to the last.
     fn is_fitted(&self) -> bool {
-        self.range == Range::Fitted && self.uses_range()
+        self.range == Range::Fitted && self.palette != Palette::Stops
     }
 
     /// Returns the values of the first and the last colour of ready-made palettes. They differ, also for constant input,
     /// which gets the first colour.
     fn ends(&self, values: &[f32]) -> Result<[f64; 2], NodeError> {
         if self.is_fitted() {
-            let [low, high] = ends_of(values);
-            return Ok([low, high.max(low + 1e-6 * low.abs().max(1e-3))]);
+            return Ok(apart(ends_of(values)));
+        }
+        if self.range == Range::Fitted {
+            let at = |stop: Option<&Stop>| stop.map_or(0.0, |stop| stop.at);
+            return Ok(apart([at(self.stops.0.first()), at(self.stops.0.last())]));
         }
         rises("low", self.low, "high", self.high, self.uses_range())?;
         Ok([self.low, self.high])
     }
+}
+
+/// Moves the end of a range away from its start if both are equal.
+fn apart([low, high]: [f64; 2]) -> [f64; 2] {
+    [low, if high > low { high } else { low + 1e-5 * low.abs() + 1e-9 }]
 }
 
 /// Returns the lowest and the highest value, without those that are not finite; 0 for none.
@@ -219,7 +228,7 @@ mod tests {
     use orograph_graph::ParamValue;
 
     use super::*;
-    use crate::testing::{field, outputs, run, run_in, with_params, world};
+    use crate::testing::{self, field, outputs, run, run_in, with_params, world};
 
     fn stops(text: &[(f64, u32)]) -> ParamValue {
         ParamValue::Stops(text.iter().map(|(at, code)| Stop { at: *at, colour: Srgb::hex(*code) }).collect())
@@ -328,6 +337,14 @@ mod tests {
         let fitted = run(&NODE, &with_params(&NODE, "between=light"), &[("value", &value)], "colour");
         let set = with_params(&NODE, &format!("between=light,range=set,low={low},high={high}"));
         assert_eq!(fitted, run(&NODE, &set, &[("value", &value)], "colour"));
+        // a narrow range is a range
+        let narrow = field(world(64, 1, 1.0), |x, _| 1e-10 * (1.0 + x / 64.0));
+        let colour = run(&NODE, &with_params(&NODE, "palette=grey,between=light"), &[("value", &narrow)], "colour");
+        assert!(colour.samples()[0] < 0.01 && colour.samples()[63] > 0.99);
+        // own stops need no other cells
+        assert_eq!(testing::reach_m(&NODE, &own(&[(0.0, 0), (9.0, 0xff)], ""), 1.0), 0.0);
+        let of_stops = with_params(&NODE, "palette=stops");
+        assert_eq!(testing::reach_m(&NODE, &of_stops, 1.0), 0.0);
         for constant in [0.0, -3.0, 1e9] {
             let level = field(world(3, 2, 1.0), |_, _| constant);
             let colour = run(&NODE, &with_params(&NODE, "palette=grey"), &[("value", &level)], "colour");

@@ -9,6 +9,8 @@ use super::{
 };
 use crate::editor::window::names::Named as _;
 
+/// Most lines that are shown; words narrow a longer list.
+const MOST: usize = 100;
 /// Size of the list in points.
 const SIZE: [f32; 2] = [340.0, 240.0];
 
@@ -107,7 +109,9 @@ impl Canvas {
 /// among them; then what disconnects their wires.
 fn found(model: &Model, chosen: &[usize], query: &str) -> Vec<Line> {
     let mut lines = Vec::new();
-    for fixed in chosen.iter().flat_map(|card| model.spots(*card)) {
+    // what leaves a node comes before what enters it
+    let of = |side: Side| chosen.iter().flat_map(|card| model.spots(*card)).filter(move |spot| spot.side == side);
+    for fixed in of(Side::Output).chain(of(Side::Input)) {
         // among several cards, each connection is found from its output
         if chosen.len() > 1 && fixed.side == Side::Input {
             continue;
@@ -117,7 +121,10 @@ fn found(model: &Model, chosen: &[usize], query: &str) -> Vec<Line> {
         for end in cards.flat_map(|card| model.spots(card)).filter(|end| model.fits(fixed, *end, &barred)) {
             let (output, input) = if fixed.side == Side::Output { (fixed, end) } else { (end, fixed) };
             if model.wire_into(input).is_none_or(|wire| wire.from != output) {
-                let text = format!("{} to {}", model.port_name(output), model.port_name(input));
+                let mut text = format!("{} to {}", model.port_name(output), model.port_name(input));
+                if let Some(wire) = model.wire_into(input) {
+                    text += &format!(", instead of {}", model.port_name(wire.from));
+                }
                 lines.push(Line { text, edit: commands::connect(model, output, input) });
             }
         }
@@ -129,8 +136,10 @@ fn found(model: &Model, chosen: &[usize], query: &str) -> Vec<Line> {
     }
     let query = query.to_lowercase();
     lines.retain(|line| {
-        let text = line.text.to_lowercase();
+        // not by the wire that would go
+        let text = line.text.split(", ").next().unwrap_or_default().to_lowercase();
         query.split_whitespace().all(|word| text.contains(word))
     });
+    lines.truncate(MOST);
     lines
 }

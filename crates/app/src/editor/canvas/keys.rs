@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use egui::{Event, EventFilter, OutputCommand, Pos2, Response, Ui, Vec2, ViewportCommand};
+use egui::{Event, EventFilter, Key, OutputCommand, Pos2, Response, Ui, Vec2, ViewportCommand};
 use orograph_graph::Edit;
 
 use super::{
@@ -170,14 +170,7 @@ impl Canvas {
                 self.lens = Some(Lens { centre: lens.centre + SCROLL / lens.zoom * way.vector(), ..lens });
                 self.moved = true;
             }
-            Action::Move(way) => {
-                let step = place::STEP * way.vector();
-                let places = chosen.iter().map(|card| (*card, self.model.cards[*card].at + step)).collect();
-                if let Some(edit) = commands::moved(&self.model, places) {
-                    self.apply(ui, session, &edit);
-                    self.moved = true;
-                }
-            }
+            Action::Move(way) => self.nudge(session, names, place::STEP * way.vector()),
             Action::ZoomIn | Action::ZoomOut => {
                 let factor = if action == Action::ZoomIn { ZOOM } else { 1.0 / ZOOM };
                 let mut closer = lens;
@@ -214,6 +207,33 @@ impl Canvas {
             Action::Overview => self.without_map = !self.without_map,
             // Carried out elsewhere.
             _ => {}
+        }
+    }
+
+    /// Moves nodes, with the routes of the wires among them. One undo step goes on while an arrow key is held.
+    fn nudge(&mut self, session: &mut Session, names: BTreeSet<String>, step: Vec2) {
+        if self.nudged.as_ref().is_none_or(|(moved, _)| *moved != names) {
+            session.end_gesture();
+            self.nudged = Some((names.clone(), commands::settle(&self.model).collect()));
+        }
+        let settled = self.nudged.iter().flat_map(|(_, edits)| edits.iter().cloned());
+        let chosen = names.iter().filter_map(|name| self.model.find(name)).map(|card| &self.model.cards[card]);
+        let moved = chosen.map(|card| commands::put(&card.name, card.at + step));
+        let ways = self.model.ways_among(|name| names.contains(name)).into_iter().map(|(wire, places)| {
+            let places: Vec<Pos2> = places.into_iter().map(|place| place + step).collect();
+            commands::way(&self.model.wire_name(&self.model.wires[wire]), &places)
+        });
+        let edit = Edit::All(settled.chain(moved).chain(ways).collect());
+        session.gesture(&edit);
+        self.moved = true;
+    }
+
+    /// Ends the undo step of [`Self::nudge`] once no arrow key is held.
+    pub(super) fn end_nudge(&mut self, ui: &Ui, session: &mut Session) {
+        let arrows = [Key::ArrowLeft, Key::ArrowRight, Key::ArrowUp, Key::ArrowDown];
+        if self.nudged.is_some() && !ui.input(|input| arrows.iter().any(|key| input.key_down(*key))) {
+            self.nudged = None;
+            session.end_gesture();
         }
     }
 

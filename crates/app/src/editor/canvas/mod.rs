@@ -99,6 +99,8 @@ pub(super) struct Canvas {
     held_overview: Option<Rect>,
     /// Nodes that were just pasted or duplicated, which the view has to show.
     added: Vec<String>,
+    /// The nodes that arrow keys move, and the positions that were written with the first step.
+    nudged: Option<(BTreeSet<String>, Vec<Edit>)>,
     /// Number of pastes away from the pointer, each shifted from the one before.
     pasted: u32,
     /// The modifier keys that were held at the end of the last frame.
@@ -123,6 +125,7 @@ impl Canvas {
         let lens = self.look_through(rect, session);
         self.follow_selection(session);
         self.move_view(ui, &response);
+        self.end_nudge(ui, session);
         self.keys(ui, &response, session);
         self.read(session);
         if let Some(action) = self.asked.take() {

@@ -39,6 +39,8 @@ pub(super) struct Landscape {
     /// The extent of the terrain for which the camera was placed.
     size_m: [f64; 2],
     split: Split,
+    /// Pixels per point in the last frame.
+    scale: f32,
     /// The visible part of the world in the last frame.
     view: Option<View>,
 }
@@ -156,6 +158,7 @@ impl Landscape {
             moved: false,
             size_m: [0.0; 2],
             split: Split::default(),
+            scale: 1.0,
             view: None,
         })
     }
@@ -230,7 +233,7 @@ impl Landscape {
     pub(super) fn step(&mut self, turn: Vec2, pan: Vec2, notches: f64, exaggeration: f64) {
         let Some(mut orbit) = self.orbit(exaggeration).filter(|_| !self.is_flying()) else { return };
         let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
-        let pixels = |points: Vec2| [f64::from(points.x), f64::from(points.y)];
+        let pixels = |points: Vec2| [points.x, points.y].map(|points| f64::from(points * self.scale));
         orbit.drag(pixels(turn), size);
         orbit.pan(pixels(pan), size);
         orbit.scroll(notches, None);
@@ -276,6 +279,7 @@ impl Landscape {
         let response = response.named("view of the terrain");
         let pane = response.rect;
         let scale = ui.ctx().pixels_per_point();
+        self.scale = scale;
         let size = [pane.width(), pane.height()].map(|points| (points * scale).round().max(1.0) as u32);
         let both = surfaces[1].is_some();
         for (side, surface) in self.sides.iter_mut().zip(surfaces) {

@@ -108,10 +108,10 @@ impl Map {
         self.camera = None;
     }
 
-    /// Pans by points of the screen.
-    pub(super) fn pan(&mut self, by: Vec2) {
+    /// Pans as a drag by points of the screen does.
+    pub(super) fn drag(&mut self, by: Vec2) {
         let Some(pane) = self.pane else { return };
-        self.camera.get_or_insert_with(|| Camera::fit(self.size, pane)).drag(-by);
+        self.camera.get_or_insert_with(|| Camera::fit(self.size, pane)).drag(by);
     }
 
     /// Zooms around the centre by a factor.

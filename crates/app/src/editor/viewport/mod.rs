@@ -59,6 +59,11 @@ use crate::view::ViewError;
 const NAVIGATION: &str = "navigation";
 const BLENDER: &str = "blender";
 
+/// Returns true for keys that other widgets use too.
+const fn moves_camera(action: Action) -> bool {
+    matches!(action, Action::Turn(_) | Action::Pan(_) | Action::Closer | Action::Farther)
+}
+
 /// Points that an arrow key moves the camera or the map by.
 const STEP: f32 = 24.0;
 
@@ -203,8 +208,8 @@ impl Viewport {
         for event in ui.input(|input| input.events.clone()) {
             if let Some(action) = actions::asked_by(Part::Viewport, &event, egui::Modifiers::NONE)
                 && self.status(session, action).enabled
-                // the arrow keys belong to a handle that has the keyboard
-                && !(matches!(action, Action::Turn(_) | Action::Pan(_)) && draw::has_keyboard(ui.ctx()))
+                // with them, sliders and handles are moved that have the keyboard
+                && !(moves_camera(action) && ui.ctx().memory(|memory| memory.focused().is_some()))
             {
                 self.carry_out(action, session);
             }
@@ -389,7 +394,10 @@ impl Viewport {
                 let on = session.compared().is_some();
                 Status::switch(on || !session.document().nodes().is_empty(), on)
             }
-            Action::DividerLeft | Action::DividerRight => Status::can(session.compared().is_some()),
+            // with the brush, these keys change its radius
+            Action::DividerLeft | Action::DividerRight => {
+                Status::can(session.compared().is_some() && self.tool != Tool::Brush)
+            }
             Action::Turn(_) | Action::Pan(_) | Action::Closer | Action::Farther => {
                 Status::can(session.shown().is_some() && !terrain.is_some_and(Landscape::is_flying))
             }
@@ -455,7 +463,7 @@ impl Viewport {
         match (self.mode, &mut self.landscape) {
             (Mode::Terrain, Ok(landscape)) => landscape.step(turn, pan, notches, self.look.exaggeration()),
             _ => {
-                self.map.pan(-(turn + pan));
+                self.map.drag(turn + pan);
                 self.map.zoom((0.25 * notches).exp2());
             }
         }

@@ -134,7 +134,8 @@ const ARROWS: [&[(Modifiers, Key)]; 4] =
     [&[(NONE, Key::ArrowLeft)], &[(NONE, Key::ArrowRight)], &[(NONE, Key::ArrowUp)], &[(NONE, Key::ArrowDown)]];
 const SHIFTED: [&[(Modifiers, Key)]; 4] =
     [&[(SHIFT, Key::ArrowLeft)], &[(SHIFT, Key::ArrowRight)], &[(SHIFT, Key::ArrowUp)], &[(SHIFT, Key::ArrowDown)]];
-const PLUS: &[(Modifiers, Key)] = &[(NONE, Key::Plus), (NONE, Key::Equals)];
+/// On many keyboards a plus is typed with Shift, on the key of the equals sign.
+const PLUS: &[(Modifiers, Key)] = &[(NONE, Key::Plus), (NONE, Key::Equals), (SHIFT, Key::Plus)];
 const MINUS: &[(Modifiers, Key)] = &[(NONE, Key::Minus)];
 
 impl Action {
@@ -193,7 +194,7 @@ impl Action {
             ),
             Self::Connect => graph(
                 "Connect…",
-                "Connect or disconnect the selected node, or two selected nodes, by a list",
+                "List the possible and existing wires of the selected nodes, to connect or disconnect them",
                 &[(NONE, Key::W)],
             ),
             Self::Subgraph => {
@@ -216,10 +217,10 @@ impl Action {
             Self::Map => viewport("Map", "Map view from above", &[(NONE, Key::Num2)]),
             Self::FitView => viewport("Fit view", "Show the whole world", &[(NONE, Key::Home)]),
             Self::Turn(way) => viewport(
-                way.of(["Turn left", "Turn right", "Turn up", "Turn down"]),
+                way.of(["Orbit left", "Orbit right", "Raise the camera", "Lower the camera"]),
                 way.of([
-                    "Turn the camera to the left; on the map, pan",
-                    "Turn the camera to the right; on the map, pan",
+                    "Orbit to the left; on the map, pan",
+                    "Orbit to the right; on the map, pan",
                     "Raise the camera; on the map, pan",
                     "Lower the camera; on the map, pan",
                 ]),
@@ -303,7 +304,19 @@ impl Action {
 
     /// Its keys as text, in the notation of this system.
     pub(crate) fn keys(self, context: &Context) -> String {
-        self.shortcuts().map(|keys| context.format_shortcut(&keys)).collect::<Vec<_>>().join(" or ")
+        self.texts(|keys| context.format_shortcut(keys)).join(" or ")
+    }
+
+    /// The texts of its keys, with signs as they are printed on keys, and without the second way to type one.
+    fn texts(self, format: impl Fn(&KeyboardShortcut) -> String) -> Vec<String> {
+        const SIGNS: [(&str, &str); 5] =
+            [("Plus", "+"), ("Minus", "-"), ("Equals", "="), ("OpenBracket", "["), ("CloseBracket", "]")];
+        let shown = self.shortcuts().filter(|keys| keys.logical_key != Key::Plus || !keys.modifiers.shift);
+        let text = |keys: KeyboardShortcut| {
+            let text = format(&keys);
+            SIGNS.iter().find(|(name, _)| *name == text).map_or(text, |(_, sign)| (*sign).to_owned())
+        };
+        shown.map(text).collect()
     }
 }
 
@@ -536,7 +549,7 @@ pub(crate) fn heading(name: &str, ticks: bool) -> Atoms<'static> {
 /// A menu item with its own name; `ticks` leaves space for check marks. Returns true if it was chosen.
 pub(crate) fn item(ui: &mut Ui, (action, name): (Action, &str), status: Status, ticks: bool) -> bool {
     let gutter = Id::new("tick");
-    let keys = action.shortcuts().next().map_or_else(String::new, |keys| ui.ctx().format_shortcut(&keys));
+    let keys = action.texts(|keys| ui.ctx().format_shortcut(keys)).into_iter().next().unwrap_or_default();
     let label = format!("{name} {keys}");
     let button = Button::new(heading(name, ticks));
     let button = if keys.is_empty() { button } else { button.shortcut_text(keys) };
@@ -574,7 +587,7 @@ mod tests {
 
     /// The keys of an action in the manual, with the same names on every system.
     fn written(action: Action) -> String {
-        action.shortcuts().map(|keys| keys.format(&ModifierNames::NAMES, false)).collect::<Vec<_>>().join(" or ")
+        action.texts(|keys| keys.format(&ModifierNames::NAMES, false)).join(" or ")
     }
 
     #[test]

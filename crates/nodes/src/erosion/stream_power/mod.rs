@@ -279,7 +279,7 @@ pub static NODE: Node = Node {
                 Step::Keep { name: "rounding", value: "0.08" },
             ],
         },
-        // rising ground without a wire to `uplift`, where rivers would wear all of it down
+        // without a wire to `uplift`, ground rises; before, rivers wore all of it down
         Migration { from: 18, steps: &[Step::Keep { name: "uplift", value: "0" }] },
     ],
     category: "erosion",

@@ -3,8 +3,9 @@
 //! 1. Receivers and depressions of the terrain; water leaves each hollow over its lowest pass.
 //! 2. The course: between the surface cut down to the lowest ground upstream and the one filled to the sills.
 //! 3. Sides of the cuts: the module `sides`.
-//! 4. The same again for hollows in these sides, and a last routing. After each, every cell is raised to at least
-//!    `fall` above the cell that it drains to.
+//! 4. The same again for hollows in these sides.
+//!
+//! After each routing, and after a last one, every cell is raised so that it falls by at least `fall` to its receiver.
 
 mod sides;
 #[cfg(test)]
@@ -106,15 +107,19 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         order.accumulate(job, &grid, &codes, &mut lowest)?;
         if round < ROUNDS {
             depressions.fill(&mut drained);
-            par::change_with(&mut drained, &lowest, |filled, lowest| *filled -= share * (*filled - lowest.0));
-            let cuts = sides::cuts(job, &before, &drained, slope)?;
-            sides::open(job, &grid, &cuts, &before, &mut drained)?;
+            par::change_with(&mut drained, &lowest, |filled, lowest| {
+                *filled = lowest.0 + (1.0 - share) * (*filled - lowest.0);
+            });
         }
         // no ground is left level, on which every cell would be a hollow of its own
         order.upstream(job, &grid, &codes, &mut drained, |_, code, own, below| {
             let least = (f64::from(below) + fall_m * code::length(code)) as f32;
             own.max(if least > below { least } else { below.next_up() })
         })?;
+        if round < ROUNDS {
+            let cuts = sides::cuts(job, &before, &drained, slope)?;
+            sides::open(job, &grid, &cuts, &before, &mut drained)?;
+        }
         job.advance(0.9 * (round + 1) as f32 / (ROUNDS + 1) as f32)?;
     }
 

@@ -1,5 +1,5 @@
 //! Sides of cuts: around a cut of depth D, the terrain is lowered by D (1 − (r / R)²)² up to the distance R, which adds a
-//! slope of at most 1.54 D / R. The terrain keeps its own forms, unlike under a surface of one shape.
+//! slope of at most 1.54 D / R. It keeps its own forms, which a surface of fixed shape would erase.
 
 use orograph_graph::{Job, NodeError};
 

@@ -132,6 +132,7 @@ fn snow_of_a_real_basin_lies_where_snowslide_has_it() {
     let inner: Vec<usize> =
         (0..found.depth.len()).filter(|at| (2..NX - 2).contains(&(at % NX)) && (2..148).contains(&(at / NX))).collect();
     let own: Vec<f64> = inner.iter().map(|at| f64::from(found.depth[*at])).collect();
+    assert_eq!(truths.len(), 2 * found.depth.len());
     for theirs in truths.chunks_exact(found.depth.len()) {
         let theirs: Vec<f64> = inner.iter().map(|at| theirs[*at]).collect();
         let is_bare = |depth: f64| depth < 0.06;
