@@ -58,7 +58,9 @@ params! {
     /// How distances are measured; not used by `value` and `simplex`.
     metric: Metric = Metric::Euclidean, One, .., when kind = "nearest" | "second" | "borders";
     /// Makes opposite sides of the world fit together; wavelengths are then rounded to whole fractions of its sides.
-    tileable: bool = false, One, .., when kind = "value" | "nearest" | "second" | "borders";
+    ///
+    /// `simplex` noise cannot be tiled.
+    tileable: bool = false, One, ..;
     /// Random seed of the pattern.
     seed: Seed = Seed(0), Count, ..;
 }
