@@ -99,6 +99,7 @@ fn job<'a>(node: &'static Node, params: &'a ParamValues, height: &Field, erodibi
         ("height", _) => InputValue::Value(Value::Field(height.clone())),
         ("erodibility", _) => InputValue::Constant(erodibility),
         ("repose", _) => InputValue::Constant(90.0),
+        ("uplift", _) => InputValue::Constant(0.0),
         (_, Fallback::Constant { default, .. }) => InputValue::Constant(default),
         _ => InputValue::Absent,
     };
