@@ -5,7 +5,7 @@ use std::{num::NonZero, ops::RangeInclusive, path::PathBuf};
 
 use orograph::report::measure::measure;
 use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Field, Port, Value, Window, World, format_source};
-use orograph_nodes::registry;
+use orograph_nodes::{numerics::math, registry};
 use orograph_tests::{Look, relief, root, validation_hash};
 
 fn folder() -> PathBuf {
@@ -62,6 +62,36 @@ fn every_graph_builds_to_the_same_bytes_on_one_and_two_threads() {
 fn land(graph: &str, cells: u32) -> Field {
     let document = Document::load(folder().join(format!("{graph}.ron")), &registry()).expect("a graph file");
     relief::built(&document, &folder(), cells).expect("the land")
+}
+
+/// The fraction of nearly level ground, below 2°, where a node of noise is wired to `StreamPower`, all at their defaults.
+fn level_ground(noise: &str, uplift: &str) -> f64 {
+    let registry = registry();
+    let node = |id: &str, arguments: &str| registry.get(id).expect("a node").written(arguments);
+    let text = format!(
+        "(world: (size: \"16 km\", cells: 200, seed: 3, boundary: inland), nodes: {{ \"base\": {}, \"rivers\": {} }}, \
+         outputs: {{ \"height\": \"rivers\" }})",
+        node(noise, ""),
+        node("StreamPower", &format!("height: \"base\"{uplift}")),
+    );
+    let land = relief::built(&Document::parse(text, &registry), &folder(), 200).expect("the land");
+    let (nx, z, step_m) = (200, land.samples(), 2.0 * land.window().cell_m());
+    let slope = |cell: usize| {
+        let along = |by: usize| (f64::from(z[cell + by]) - f64::from(z[cell - by])) / step_m;
+        math::hypot(along(1), along(nx))
+    };
+    let inner: Vec<usize> = (nx..nx * (nx - 1)).filter(|cell| (1..nx - 1).contains(&(cell % nx))).collect();
+    inner.iter().filter(|cell| slope(**cell) < 0.035).count() as f64 / inner.len() as f64
+}
+
+/// Without an uplift, half of the terrain and more becomes a plain in the same time.
+#[test]
+fn noise_becomes_mountains_at_the_defaults() {
+    for noise in ["Perlin", "Ridged", "Noise"] {
+        let [rising, worn] = ["", ", uplift: 0"].map(|uplift| level_ground(noise, uplift));
+        println!("{noise}: {rising:.3} of the ground is level, {worn:.3} without uplift");
+        assert!(rising < 0.2 && worn > 2.0 * rising, "{noise}: {rising} {worn}");
+    }
 }
 
 /// Measures of drainage and of small forms, and the windows of real mountains.

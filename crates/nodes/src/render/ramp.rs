@@ -106,9 +106,10 @@ impl Params {
 
     /// Returns the values of the first and the last colour of ready-made palettes. They differ, also for constant input,
     /// which gets the first colour.
-    fn ends(&self, values: &[f32]) -> Result<[f64; 2], NodeError> {
+    fn ends(&self, value: &Field) -> Result<[f64; 2], NodeError> {
         if self.is_fitted() {
-            return Ok(apart(ends_of(values)));
+            let (low, high) = value.range(0).unwrap_or_default();
+            return Ok(apart([low, high].map(f64::from)));
         }
         if self.range == Range::Fitted {
             let at = |stop: Option<&Stop>| stop.map_or(0.0, |stop| stop.at);
@@ -124,18 +125,10 @@ fn apart([low, high]: [f64; 2]) -> [f64; 2] {
     [low, if high > low { high } else { low + 1e-5 * low.abs() + 1e-9 }]
 }
 
-/// Returns the lowest and the highest value, without those that are not finite; 0 for none.
-fn ends_of(values: &[f32]) -> [f64; 2] {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let low = finite().fold(f32::INFINITY, f32::min);
-    let high = finite().fold(f32::NEG_INFINITY, f32::max);
-    if low <= high { [f64::from(low), f64::from(high)] } else { [0.0; 2] }
-}
-
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let inputs = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let [low, high] = params.ends(inputs.value.plane(0))?;
+    let [low, high] = params.ends(inputs.value)?;
     let second = inputs.second;
     rises("second_from", params.second_from, "second_to", params.second_to, second.is_some())?;
     let ready = |palette: Palette, own: ColourStops| match palette {

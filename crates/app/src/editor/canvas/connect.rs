@@ -1,10 +1,11 @@
 //! Wires by keyboard: a list of the connections that the selected node can get, and of those that it has.
 
-use egui::{Id, Key, Modifiers, ScrollArea, TextEdit, Ui, vec2};
+use egui::{Id, ScrollArea, TextEdit, Ui, vec2};
 use orograph_graph::Edit;
 
 use super::{
     Canvas, Session, commands,
+    list::{self, ListKeys},
     model::{Model, Side, Spot},
 };
 use crate::editor::window::names::Named as _;
@@ -44,8 +45,7 @@ impl Canvas {
         let (Some(mut connect), Some(lens)) = (self.connect.take(), self.lens) else { return };
         let chosen = self.chosen(session);
         let Some(first) = chosen.first().map(|card| self.model.cards[*card].rect()) else { return };
-        let keys = [Key::ArrowUp, Key::ArrowDown, Key::Enter, Key::Escape];
-        let [up, down, enter, escape] = keys.map(|key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key)));
+        let keys = ListKeys::take(ui);
         let mut clicked = None;
         let mut lines = Vec::new();
         let area = egui::Area::new(Id::new("connect"))
@@ -63,12 +63,7 @@ impl Canvas {
                         connect.at = 0;
                     }
                     lines = found(&self.model, &chosen, &connect.query);
-                    let last = lines.len().saturating_sub(1);
-                    connect.at = match (up, down) {
-                        (true, _) => connect.at.min(last).saturating_sub(1),
-                        (_, true) => (connect.at + 1).min(last),
-                        _ => connect.at.min(last),
-                    };
+                    connect.at = keys.marked(connect.at, lines.len());
                     ScrollArea::vertical()
                         .max_height(SIZE[1])
                         .min_scrolled_height(160.0)
@@ -76,7 +71,7 @@ impl Canvas {
                         .show(ui, |ui| {
                             for (position, line) in lines.iter().enumerate() {
                                 let response = ui.selectable_label(position == connect.at, &line.text);
-                                if position == connect.at && (up || down) {
+                                if position == connect.at && keys.moves() {
                                     response.scroll_to_me(None);
                                 }
                                 if response.clicked() {
@@ -90,14 +85,12 @@ impl Canvas {
                 });
             });
         connect.frames += 1;
-        let outside = ui.input(|input| input.pointer.any_pressed())
-            && connect.frames > 2
-            && !ui.ctx().pointer_latest_pos().is_some_and(|at| area.response.rect.contains(at));
-        let picked = clicked.or_else(|| (enter && connect.at < lines.len()).then_some(connect.at));
+        let outside = list::left(ui, connect.frames, area.response.rect);
+        let picked = clicked.or_else(|| (keys.enter && connect.at < lines.len()).then_some(connect.at));
         if let Some(picked) = picked {
             let edits = commands::settle(&self.model).chain([lines.swap_remove(picked).edit]).collect();
             self.apply(ui, session, &Edit::All(edits));
-        } else if !(escape || outside) {
+        } else if !(keys.escape || outside) {
             self.connect = Some(connect);
             return;
         }

@@ -14,6 +14,7 @@ mod gesture;
 mod hit;
 mod keys;
 mod lens;
+mod list;
 mod look;
 mod menu;
 mod model;

@@ -7,6 +7,7 @@ use super::{
     super::session::NodeState,
     Canvas, Gesture, Session,
     hit::Hit,
+    list::ListKeys,
     look::{Look, MEANINGS},
     model::{Side, Spot, TITLE},
     overview::MARGIN,
@@ -225,17 +226,7 @@ impl Canvas {
         if !typing && canvas.clicked() {
             return;
         }
-        let (enter, up, down, escape) = ui.input_mut(|input| {
-            if !typing {
-                return (false, false, false, false);
-            }
-            (
-                input.consume_key(Modifiers::NONE, Key::Enter),
-                input.consume_key(Modifiers::NONE, Key::ArrowUp),
-                input.consume_key(Modifiers::NONE, Key::ArrowDown),
-                input.consume_key(Modifiers::NONE, Key::Escape),
-            )
-        });
+        let keys = if typing { ListKeys::take(ui) } else { ListKeys::default() };
         let mut changed = false;
         let at = canvas.rect.left_top() + Vec2::splat(MARGIN);
         egui::Area::new(Id::new("find")).order(egui::Order::Foreground).fixed_pos(at).show(ui.ctx(), |ui| {
@@ -259,7 +250,7 @@ impl Canvas {
             });
         });
         find.frames += 1;
-        let step = match (changed, enter || down, up) {
+        let step = match (changed, keys.enter || keys.down, keys.up) {
             (true, _, _) => {
                 find.at = 0;
                 // The matches of the new text are shown in the next frame.
@@ -288,7 +279,7 @@ impl Canvas {
                 self.moved = true;
             }
         }
-        if escape {
+        if keys.escape {
             canvas.request_focus();
         } else {
             self.find = Some(find);

@@ -1,10 +1,11 @@
 //! The node palette: all node types, searchable by name, category and description.
 
-use egui::{Align, Id, Key, Modifiers, Pos2, Sense, Ui, Vec2, vec2};
+use egui::{Align, Id, Pos2, Sense, Ui, Vec2, vec2};
 use orograph_graph::{Document, Edit, Node, PortType};
 
 use super::{
     Canvas, Session, commands,
+    list::{self, ListKeys},
     look::Look,
     model::{Model, PAD, PICTURE, ROW, Side, TITLE, WIDTH, WireName},
     place,
@@ -128,20 +129,8 @@ impl Canvas {
     pub(super) fn palette_ui(&mut self, ui: &mut Ui, session: &mut Session) {
         let Some(mut palette) = self.palette.take() else { return };
         let kinds = found(session.document(), &self.model, &palette.purpose, &palette.query);
-        let (up, down, enter, escape) = ui.input_mut(|input| {
-            (
-                input.consume_key(Modifiers::NONE, Key::ArrowUp),
-                input.consume_key(Modifiers::NONE, Key::ArrowDown),
-                input.consume_key(Modifiers::NONE, Key::Enter),
-                input.consume_key(Modifiers::NONE, Key::Escape),
-            )
-        });
-        let last = kinds.len().saturating_sub(1);
-        palette.marked = match (up, down) {
-            (true, _) => palette.marked.min(last).saturating_sub(1),
-            (_, true) => (palette.marked + 1).min(last),
-            _ => palette.marked.min(last),
-        };
+        let keys = ListKeys::take(ui);
+        palette.marked = keys.marked(palette.marked, kinds.len());
         let mut chosen = None;
         let area = egui::Area::new(Id::new("palette"))
             .order(egui::Order::Foreground)
@@ -150,25 +139,23 @@ impl Canvas {
             .show(ui.ctx(), |ui| {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.set_width(SIZE[0].min(ui.ctx().content_rect().width() - 40.0));
-                    if let Some(kind) = palette.show(ui, &self.model, &kinds, up || down) {
+                    if let Some(kind) = palette.show(ui, &self.model, &kinds, keys.moves()) {
                         chosen = Some(kind);
                     }
                 });
             });
-        if enter && chosen.is_none() {
+        if keys.enter && chosen.is_none() {
             // Letters may have arrived in the same frame.
             let kinds = found(session.document(), &self.model, &palette.purpose, &palette.query);
             chosen = kinds.get(palette.marked).copied();
         }
         palette.frames += 1;
-        let outside = ui.input(|input| input.pointer.any_pressed())
-            && palette.frames > 2
-            && !ui.ctx().pointer_latest_pos().is_some_and(|at| area.response.rect.contains(at));
+        let outside = list::left(ui, palette.frames, area.response.rect);
         match chosen {
             Some(kind) => {
                 self.insert(ui, session, &palette, kind);
             }
-            None if escape || outside => {}
+            None if keys.escape || outside => {}
             None => self.palette = Some(palette),
         }
         if self.palette.is_none() {

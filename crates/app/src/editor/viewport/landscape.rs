@@ -6,13 +6,14 @@ use std::sync::{
 };
 
 use eframe::{egui_wgpu::RenderState, wgpu};
-use egui::{Align2, Color32, CursorIcon, Key as Keyboard, Pos2, Rect, Sense, Stroke, TextureId, Vec2, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, Pos2, Rect, Sense, Stroke, TextureId, Vec2, pos2, vec2};
 
 use orograph_graph::Window;
 
 use super::{
     Shown,
     draw::Projection,
+    hands::{Hands, Navigation, move_eye},
     look::Look,
     map::{Marks, Over, Pointer, cell, label, readout, travelled},
     near::Near,
@@ -23,7 +24,7 @@ use super::{
 use crate::{
     editor::{session::View, window::names::Named as _},
     export::picture,
-    view::{self, Camera, Cover, Fly, FlyKeys, Orbit, Ray, Renderer, Scene, Terrain, ViewError},
+    view::{self, Camera, Cover, Fly, Orbit, Ray, Renderer, Scene, Terrain, ViewError},
 };
 
 /// The texture holds sRGB codes in a linear format, as egui expects.
@@ -43,55 +44,6 @@ pub(super) struct Landscape {
     scale: f32,
     /// The visible part of the world in the last frame.
     view: Option<View>,
-}
-
-/// What the mouse does.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Hands {
-    /// True if the primary button belongs to a tool and not to the camera.
-    pub(super) tool: bool,
-    /// True if the camera is moved as in Blender: with the middle button.
-    pub(super) blender: bool,
-}
-
-/// What a drag of the pointer does with a camera around the terrain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Drag {
-    Turn,
-    Pan,
-    Zoom,
-}
-
-impl Hands {
-    /// What a drag does: with any button, with the primary and the middle one, and these keys. Returns None when it is not
-    /// the camera's.
-    fn drag(self, [any, primary, middle]: [bool; 3], modifiers: egui::Modifiers) -> Option<Drag> {
-        if self.blender {
-            let drag = match (modifiers.command, modifiers.shift) {
-                (true, _) => Drag::Zoom,
-                (_, true) => Drag::Pan,
-                _ => Drag::Turn,
-            };
-            return middle.then_some(drag);
-        }
-        let turns = primary && !modifiers.shift;
-        (any && !(self.tool && primary)).then_some(if turns { Drag::Turn } else { Drag::Pan })
-    }
-}
-
-/// A camera that you can move.
-enum Navigation {
-    Orbit(Orbit),
-    Fly(Fly),
-}
-
-impl Navigation {
-    fn camera(&self) -> Camera {
-        match self {
-            Self::Orbit(orbit) => orbit.camera(),
-            Self::Fly(fly) => fly.camera(),
-        }
-    }
 }
 
 /// One of the two terrains of a comparison.
@@ -204,10 +156,15 @@ impl Landscape {
         drawn.map(|(codes, _)| (codes, size)).map_err(|trouble| explain(&trouble))
     }
 
+    /// The size of the picture in pixels, before the first one 1 by 1.
+    fn size(&self) -> [u32; 2] {
+        self.sides[0].target.as_ref().map_or([1, 1], |target| target.size)
+    }
+
     /// The current view, around the point in its centre. Returns None without a terrain.
     pub(super) fn orbit(&self, exaggeration: f64) -> Option<Orbit> {
         let terrain = self.sides[0].renderer.terrain()?;
-        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        let size = self.size();
         Some(match &self.eye {
             Some(Navigation::Orbit(orbit)) => *orbit,
             Some(Navigation::Fly(fly)) => fly.orbit(terrain, exaggeration),
@@ -223,7 +180,7 @@ impl Landscape {
     /// Shows the whole terrain from a direction: azimuth and elevation of the camera in degrees.
     pub(super) fn look_towards(&mut self, [azimuth_deg, elevation_deg]: [f64; 2], exaggeration: f64) {
         let Some(terrain) = self.sides[0].renderer.terrain() else { return };
-        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        let size = self.size();
         let start = Orbit::framing(terrain, exaggeration, size);
         let orbit = Orbit { azimuth_deg, elevation_deg, ..start }.framed(terrain, exaggeration, size);
         self.look_from(orbit);
@@ -232,7 +189,7 @@ impl Landscape {
     /// Turns, pans, and moves closer by notches of a wheel, as a drag by so many points would.
     pub(super) fn step(&mut self, turn: Vec2, pan: Vec2, notches: f64, exaggeration: f64) {
         let Some(mut orbit) = self.orbit(exaggeration).filter(|_| !self.is_flying()) else { return };
-        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        let size = self.size();
         let pixels = |points: Vec2| [points.x, points.y].map(|points| f64::from(points * self.scale));
         orbit.drag(pixels(turn), size);
         orbit.pan(pixels(pan), size);
@@ -256,7 +213,7 @@ impl Landscape {
     /// Switches to fly mode, or back to orbiting the point in the centre of the view.
     pub(super) fn fly(&mut self, fly: bool, exaggeration: f64) {
         let Some(terrain) = self.sides[0].renderer.terrain() else { return };
-        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        let size = self.size();
         let eye = self.eye.take().unwrap_or_else(|| Navigation::Orbit(Orbit::framing(terrain, exaggeration, size)));
         self.moved = true;
         self.eye = match Some(eye) {
@@ -411,65 +368,6 @@ fn in_view(terrain: &Terrain, eye: &Navigation, exaggeration: f64, size: [u32; 2
     Some(View { part, pixel_m: half[1] / middle[1] })
 }
 
-/// Moves the camera by pointer and keys.
-fn move_eye(
-    ui: &egui::Ui,
-    response: &egui::Response,
-    eye: &mut Navigation,
-    terrain: &Terrain,
-    exaggeration: f64,
-    (size, scale, hands): ([u32; 2], f32, Hands),
-) {
-    let (scroll, pinch, modifiers, primary, dt) = ui.input(|input| {
-        let primary = input.pointer.primary_down();
-        (input.smooth_scroll_delta().y, input.zoom_delta(), input.modifiers, primary, input.stable_dt)
-    });
-    let delta = response.drag_delta() * scale;
-    let pixels = [f64::from(delta.x), f64::from(delta.y)];
-    let middle = response.dragged_by(egui::PointerButton::Middle);
-    let drag = hands.drag([response.dragged(), primary, middle], modifiers);
-    let notches = if response.hovered() { f64::from(scroll / 50.0 + 4.0 * pinch.log2()) } else { 0.0 };
-    match eye {
-        Navigation::Orbit(orbit) => {
-            match drag {
-                Some(Drag::Zoom) => orbit.scroll(pixels[1] / -20.0, None),
-                Some(Drag::Turn) => orbit.drag(pixels, size),
-                Some(Drag::Pan) => orbit.pan(pixels, size),
-                None => {}
-            }
-            if notches != 0.0 {
-                let at = response.hover_pos().map(|at| (at - response.rect.min) * scale);
-                let ray = at.map(|at| orbit.camera().ray([f64::from(at.x), f64::from(at.y)], size));
-                let towards = ray.and_then(|ray| Some((ray, terrain.cast(&ray, exaggeration)?)));
-                orbit.scroll(notches, towards.map(|(ray, hit)| ray.origin + ray.direction * hit.distance));
-            }
-            orbit.limit(terrain, exaggeration);
-        }
-        Navigation::Fly(fly) => {
-            if drag.is_some() {
-                fly.look(pixels, size);
-            }
-            fly.scroll(notches);
-            if response.hovered() && ui.ctx().memory(|memory| memory.focused().is_none()) {
-                let keys = ui.input(|input| FlyKeys {
-                    forward: input.key_down(Keyboard::W),
-                    back: input.key_down(Keyboard::S),
-                    left: input.key_down(Keyboard::A),
-                    right: input.key_down(Keyboard::D),
-                    up: input.key_down(Keyboard::E),
-                    down: input.key_down(Keyboard::Q),
-                    fast: input.modifiers.shift,
-                });
-                if keys != (FlyKeys { fast: keys.fast, ..FlyKeys::default() }) {
-                    fly.step(keys, f64::from(dt));
-                    ui.ctx().request_repaint();
-                }
-            }
-            fly.limit(terrain, exaggeration);
-        }
-    }
-}
-
 /// The error and its remedy, as one message.
 pub(super) fn explain(trouble: &ViewError) -> String {
     format!("{trouble}; {}", trouble.remedy())
@@ -586,30 +484,4 @@ pub(super) fn terrain(surface: &Surface) -> Result<Terrain, ViewError> {
         lines: lines.as_ref(),
     };
     Terrain::new(&surface.height)?.covered(cover)
-}
-
-#[cfg(test)]
-mod tests {
-    use egui::Modifiers;
-
-    use super::*;
-
-    /// Drags with the primary, the middle and the secondary button: without keys, with Shift, with Ctrl.
-    fn drags(hands: Hands) -> [[Option<Drag>; 3]; 3] {
-        let keys = [Modifiers::NONE, Modifiers::SHIFT, Modifiers::COMMAND];
-        [[true, true, false], [true, false, true], [true, false, false]]
-            .map(|buttons| keys.map(|keys| hands.drag(buttons, keys)))
-    }
-
-    #[test]
-    fn the_middle_button_moves_the_camera_as_in_blender() {
-        let [turn, pan, zoom] = [Drag::Turn, Drag::Pan, Drag::Zoom].map(Some);
-        let none = [None; 3];
-        for tool in [false, true] {
-            assert_eq!(drags(Hands { tool, blender: true }), [none, [turn, pan, zoom], none]);
-        }
-        assert_eq!(drags(Hands { tool: false, blender: false }), [[turn, pan, turn], [pan; 3], [pan; 3]]);
-        assert_eq!(drags(Hands { tool: true, blender: false }), [none, [pan; 3], [pan; 3]]);
-        assert_eq!(Hands { tool: false, blender: false }.drag([false; 3], Modifiers::NONE), None);
-    }
 }

@@ -3,6 +3,7 @@
 mod brush;
 mod camera;
 mod draw;
+mod hands;
 mod insert;
 mod landscape;
 mod layers;
@@ -33,7 +34,8 @@ use orograph_nodes::raster;
 use self::{
     brush::Brush,
     draw::{Draw, Projection},
-    landscape::{Hands, Landscape},
+    hands::Hands,
+    landscape::Landscape,
     legend::Legend,
     look::Look,
     map::{Map, Marks},

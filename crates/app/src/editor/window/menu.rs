@@ -6,7 +6,8 @@ use egui::{Context, RichText, ThemePreference, Ui};
 use orograph_graph::{Unit, bytes};
 
 use super::{
-    actions::{self, Action, Line, Lines, Part, Status},
+    actions::{self, Action, Part, Status},
+    menus::{self, Line, Lines},
     names::Named as _,
     state::{self, Recent},
     theme,
@@ -83,8 +84,8 @@ impl Menu {
         let pressed = actions::pressed(ui.ctx(), |action| !held(action)).into_iter().map(MenuRequest::Do);
         let mut asked: Vec<MenuRequest> = pressed.collect();
         egui::MenuBar::new().ui(ui, |ui| {
-            let menus = [("File", actions::FILE), ("Edit", actions::EDIT), ("View", actions::VIEW)];
-            for (name, lines) in menus.into_iter().chain([("Help", actions::HELP)]) {
+            let menus = [("File", menus::FILE), ("Edit", menus::EDIT), ("View", menus::VIEW)];
+            for (name, lines) in menus.into_iter().chain([("Help", menus::HELP)]) {
                 ui.menu_button(name, |ui| {
                     // In a small window the menu can be taller than the window.
                     let room = (ui.ctx().content_rect().height() - 60.0).max(80.0);

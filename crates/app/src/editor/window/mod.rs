@@ -6,6 +6,7 @@ mod cells;
 mod history;
 mod input;
 pub(crate) mod menu;
+mod menus;
 pub(crate) mod names;
 pub(crate) mod problems;
 pub(crate) mod state;

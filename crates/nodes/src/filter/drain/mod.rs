@@ -94,8 +94,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (mut codes, mut order, mut lowest) = (zeroed(grid.cells())?, Drainage::default(), Vec::new());
     let mut depressions = Depressions::default();
 
-    let angle = params.side_slope.to_radians();
-    let slope = math::sin(angle) / math::cos(angle);
+    let slope = math::tan(params.side_slope.to_radians());
     let share = params.cut as f32;
     let fall_m = params.fall * job.cell_m();
     let mut drained = copied(land)?;
