@@ -9,7 +9,9 @@ use std::ops::Range;
 use orograph_graph::{Boundary, Edge, Job, Lane, NodeError};
 
 use super::{
-    bed, flow,
+    bed,
+    contacts::Contacts,
+    flow,
     physics::{Pace, Physics, Scheme, Transport},
     ring::{Ring, Rows},
     slip::Slip,
@@ -167,8 +169,10 @@ pub(super) struct Band {
     rings: Vec<Rings>,
     rain: Vec<f32>,
     pub mobile: Vec<f32>,
-    /// One over the hardness of the rock of a row.
-    weakness: Vec<f32>,
+    /// The hardness of the rock, where there are layers.
+    contacts: Option<Contacts>,
+    /// A row of rock without layers: one over its hardness.
+    uniform: Vec<f32>,
     /// Sink for the unused flow in the halo.
     elsewhere: Vec<f32>,
     pub left: Vec<Left>,
@@ -189,7 +193,8 @@ impl Band {
             rings: (0..STEPS_PER_SWEEP).map(|step| Rings::new(nx, step)).collect(),
             rain: vec![0.0; nx],
             mobile: vec![0.0; nx],
-            weakness: vec![1.0; nx],
+            contacts: scene.ground.map(|_| Contacts::new(nx, count)),
+            uniform: vec![1.0; nx],
             elsewhere: vec![0.0; nx],
             left: vec![Left::default(); rows.len()],
             deepest_m: 0.0,
@@ -426,19 +431,17 @@ impl Band {
         let (west, depth) = (west.faces(at(y)), depth.cells_mut(at(y)));
         let faces = [&west[..nx], &west[1..], north.cells(at(y)), north.cells(at(y + 1))];
         let loose = loose.cells_mut(at(y));
-        if let Some(ground) = &scene.ground {
-            // the rock begins below the loose ground
-            for (i, (weakness, bed)) in self.weakness.iter_mut().zip(bed.cells(y)).enumerate() {
-                *weakness = ground.weakness(world_row * nx + i, f64::from(bed - loose[i])) as f32;
-            }
-        }
+        let weakness = match (&mut self.contacts, &scene.ground) {
+            (Some(contacts), Some(ground)) => contacts.weakness(at(y), world_row, ground, bed.cells(y), loose),
+            _ => &self.uniform,
+        };
         let row = bed::Row {
             faces,
             wets: [y - 1, y, y + 1].map(|row| wet.whole(row)),
             beds: [y - 1, y, y + 1].map(|row| bed.whole(row)),
             sediment: sediment.cells(at(y)),
             mobile: mobility(&mut self.mobile, scene, world_row),
-            weakness: &self.weakness,
+            weakness,
         };
         let flow = if own { &mut self.flow[y as usize * nx..][..nx] } else { &mut self.elsewhere[..] };
         let (change, taken) = (change.cells_mut(at(y)), taken.cells_mut(at(y)));

@@ -9,6 +9,7 @@
 mod band;
 mod bed;
 mod budget;
+mod contacts;
 mod course;
 mod device;
 mod flow;
