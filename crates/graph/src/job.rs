@@ -439,6 +439,7 @@ impl<'a> Lane<'a> {
 
 /// A bijective 32-bit mixing function (C. Wellons, 2018, "lowbias32").
 #[must_use]
+#[inline(always)]
 pub const fn mix(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);

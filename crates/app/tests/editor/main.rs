@@ -36,6 +36,7 @@ mod safety;
 mod scrub;
 mod slow;
 mod store;
+mod tasks;
 mod variations;
 mod viewport;
 mod ways;

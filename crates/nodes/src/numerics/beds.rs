@@ -117,7 +117,7 @@ impl Beds {
         let total = self.bases[last];
         let (mut depth, mut top_m) = (self.top_m - height_m, self.top_m);
         if self.repeats {
-            let rounds = (depth / total).floor();
+            let rounds = floor(depth / total);
             depth -= rounds * total;
             top_m -= rounds * total;
         }
@@ -160,6 +160,13 @@ impl Beds {
         let base = if !self.repeats && layer == last { f64::NEG_INFINITY } else { top_m - self.bases[layer] };
         Bed { layer, top_m: top, base_m: base }
     }
+}
+
+/// The largest whole number below or at `value`, which is below 2⁶³: `f64::floor` is a call on machines without SSE 4.1.
+#[inline(always)]
+fn floor(value: f64) -> f64 {
+    let whole = value as i64 as f64;
+    if whole > value { whole - 1.0 } else { whole }
 }
 
 /// [`Beds`] under every cell.

@@ -45,6 +45,8 @@ pub struct Area<'a> {
     harder: f64,
     /// The area that cuts, where that is not the cell's own: floors of valleys are cut by their river.
     widened: Vec<f32>,
+    /// Areas that are given to many cells, and Aᵐ + A₀ᵐ of each.
+    frequent: [(f32, f64); 2],
     /// The mean of what drained through each cell over the last steps, in cells. Where it is below `spread_below` it is
     /// what cuts: the water of one step runs in one line of cells, that of many steps over the whole slope.
     spread: Vec<f32>,
@@ -87,6 +89,7 @@ impl<'a> Area<'a> {
             headwaters: Vec::new(),
             harder: 1.0,
             widened,
+            frequent: [(f32::NAN, 0.0); 2],
             spread,
             spread_below,
             spread_steps: 0,
@@ -252,8 +255,13 @@ impl<'a> Area<'a> {
         Self { drained: Drained::Cells(cells), ..self }
     }
 
-    /// Overrides of the drainage area in m², at first 0: they apply where they are larger than the cell's own area.
-    pub fn widened(&mut self) -> &mut [f32] {
+    /// Overrides of the drainage area in m², at first 0: they apply where they are larger than the cell's own area. Many
+    /// cells will be given one of the areas `frequent_m2`, whose power is computed beforehand.
+    pub fn widened(&mut self, law: &Law, frequent_m2: [f64; 2]) -> &mut [f32] {
+        self.frequent = frequent_m2.map(|area_m2| {
+            let area_m2 = area_m2 as f32;
+            (area_m2, self.compute(law, f64::from(area_m2) / self.cell_m2))
+        });
         self.widened.clear();
         let cells = match &self.drained {
             Drained::Cells(cells) => cells.len(),
@@ -283,7 +291,10 @@ impl<'a> Area<'a> {
         if let Some(&widened) = self.widened.get(cell)
             && f64::from(widened) > self.m2(cell)
         {
-            return self.compute(law, f64::from(widened) / self.cell_m2);
+            return match self.frequent.iter().find(|(area_m2, _)| *area_m2 == widened) {
+                Some((_, power)) => *power,
+                None => self.compute(law, f64::from(widened) / self.cell_m2),
+            };
         }
         if let Some(&mean) = self.spread.get(cell)
             && mean < self.spread_below

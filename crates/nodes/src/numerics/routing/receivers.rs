@@ -155,19 +155,21 @@ simd! {
         let [centre, e, ne, n, nw, w, sw, s, se] = around.map(|row| &row[..len]);
         for x in 0..len {
             let here = centre[x];
-            // for the steepest facet: the square of its slope, the drops along its two legs, its two neighbours; a leg
-            // is as long as a cell, and the first leads to the neighbour across a side
+            // for the steepest facet: the square of its slope, the drops along its two legs and along its diagonal, its two
+            // neighbours; a leg is as long as a cell, and the first leads to the neighbour across a side
             let mut steepest = 0.0_f64;
-            let (mut leg_1, mut leg_2) = (1.0_f64, 0.0_f64);
+            let (mut leg_1, mut leg_2, mut diagonal) = (1.0_f64, 0.0_f64, 0.0_f64);
             let (mut beside, mut across) = (PIT as u64, PIT as u64);
-            let (mut beside_falls, mut across_falls) = (false, false);
-            let mut facet = |side: f64, corner: f64, side_code: u64, corner_code: u64| {
-                let (drop_1, drop_2) = (here - side, side - corner);
-                let diagonal = here - corner;
+            // of the two facets beside a side, the one with the lower corner is the steeper
+            let mut facets = |side: f64, corners: [f64; 2], side_code: u64, corner_codes: [u64; 2]| {
+                let second = corners[1] < corners[0];
+                let corner = if second { corners[1] } else { corners[0] };
+                let corner_code = if second { corner_codes[1] } else { corner_codes[0] };
+                let (drop_1, drop_2, drop) = (here - side, side - corner, here - corner);
                 let square = if drop_2 <= 0.0 {
                     if drop_1 > 0.0 { drop_1 * drop_1 } else { 0.0 }
                 } else if drop_2 >= drop_1 {
-                    if diagonal > 0.0 { 0.5 * diagonal * diagonal } else { 0.0 }
+                    if drop > 0.0 { 0.5 * drop * drop } else { 0.0 }
                 } else {
                     drop_1 * drop_1 + drop_2 * drop_2
                 };
@@ -175,24 +177,19 @@ simd! {
                 steepest = if steeper { square } else { steepest };
                 leg_1 = if steeper { drop_1 } else { leg_1 };
                 leg_2 = if steeper { drop_2 } else { leg_2 };
+                diagonal = if steeper { drop } else { diagonal };
                 beside = if steeper { side_code } else { beside };
                 across = if steeper { corner_code } else { across };
-                beside_falls = if steeper { drop_1 > 0.0 } else { beside_falls };
-                across_falls = if steeper { diagonal > 0.0 } else { across_falls };
             };
-            facet(e[x], ne[x], 0, 1);
-            facet(e[x], se[x], 0, 7);
-            facet(n[x], ne[x], 2, 1);
-            facet(n[x], nw[x], 2, 3);
-            facet(w[x], nw[x], 4, 3);
-            facet(w[x], sw[x], 4, 5);
-            facet(s[x], sw[x], 6, 5);
-            facet(s[x], se[x], 6, 7);
+            facets(e[x], [ne[x], se[x]], 0, [1, 7]);
+            facets(n[x], [ne[x], nw[x]], 2, [1, 3]);
+            facets(w[x], [nw[x], sw[x]], 4, [3, 5]);
+            facets(s[x], [sw[x], se[x]], 6, [5, 7]);
             // angle from the first leg in units of 45°: atan(t) / 45° to 0.005 for t from 0 to 1
             let tangent = if leg_2 <= 0.0 { 0.0 } else if leg_2 >= leg_1 { 1.0 } else { leg_2 / leg_1 };
             let angle = tangent * (1.0 + 0.3476 * (1.0 - tangent));
             let draw = f64::from(mix((first + x as u32).wrapping_mul(0x9E37_79B9) ^ seed) >> 8) * (1.0 / 16_777_216.0);
-            let choose_across = (draw < angle && across_falls) || !beside_falls;
+            let choose_across = (draw < angle && diagonal > 0.0) || leg_1 <= 0.0;
             codes[x] = if choose_across { across as u8 } else { beside as u8 };
             tangents[x] = (tangent * 255.0 + 0.5) as u8;
         }

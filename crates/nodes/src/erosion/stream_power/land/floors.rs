@@ -110,7 +110,9 @@ impl Land<'_> {
         let foot =
             |cells: f64, area_m2: f64| foot_m2.min(area_m2) * (1.0 - (cells / FOOT_CELLS) * (cells / FOOT_CELLS));
         let (codes, floors) = (&self.codes, &self.floors);
-        let widened = self.area.widened();
+        // beside a river and beside one that passes, in cells
+        let beside_cells = [1.0, 0.5_f64.sqrt()];
+        let widened = self.area.widened(&self.law, beside_cells.map(|cells| foot(cells, f64::INFINITY)));
         let mut raise = |x: isize, y: isize, area_m2: f64| {
             if (0..nx as isize).contains(&x) && (0..ny as isize).contains(&y) {
                 let widened = &mut widened[y as usize * nx + x as usize];
@@ -135,7 +137,7 @@ impl Land<'_> {
             }
             // a river that runs diagonally passes half a diagonal from two of its neighbours
             let (east, south) = code::STEPS[code::direction(codes[cell as usize])];
-            let [beside, passed] = [1.0, 0.5_f64.sqrt()].map(|cells| foot(cells, area_m2));
+            let [beside, passed] = beside_cells.map(|cells| foot(cells, area_m2));
             for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
                 let is_passed = east * south != 0 && (dx == east || dy == south);
                 raise(x + dx as isize, y + dy as isize, if is_passed { passed } else { beside });
