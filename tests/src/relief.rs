@@ -7,8 +7,9 @@ use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Window};
 use orograph_nodes::render::hillshade::{self, Light, Params};
 
 /// Graphs with mountains, and cells along the x axis that resolve their slopes. The Alps come apart: they take longest.
-pub const MOUNTAINS: [(&str, u32); 7] = [
+pub const MOUNTAINS: [(&str, u32); 8] = [
     ("hello", 300),
+    ("hello", 800),
     ("ridge", 300),
     ("two_ranges", 400),
     ("ridges", 546),

@@ -29,7 +29,7 @@ pub(crate) const SUBJECTS: [Subject; 9] = [
         land: r#"
             "hills": Ridged(wavelength: "1.5 km", octaves: 9, amplitude: "150 m"),
             "block": Uplift(shape: range, path: [("-2 km", 0), ("7 km", "1 km")], front: "4 km", back: "4 km", rate: "2 mm/yr"),
-            "cut":   StreamPower(version: 19, height: "hills", uplift: "block", reference_rate: "0.25 mm/yr", duration: "1.5 Myr"),
+            "cut":   StreamPower(version: 20, height: "hills", uplift: "block", reference_rate: "0.25 mm/yr", duration: "1.5 Myr"),
             "plain": Gradient(from: 330, to: 270, centre: (2500, 2500), azimuth: 180, length: "5 km"),
             "base":  Combine(a: "cut", b: "plain", mode: max),
         "#,
@@ -133,7 +133,7 @@ pub(crate) const SUBJECTS: [Subject; 9] = [
         land: r#"
             "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m", seed: 8),
             "rise":  Uplift(radius: "9 km", rate: "1.2 mm/yr"),
-            "base":  StreamPower(version: 19, height: "hills", uplift: "rise", duration: "2.5 Myr"),
+            "base":  StreamPower(version: 20, height: "hills", uplift: "rise", duration: "2.5 Myr"),
         "#,
     },
 ];

@@ -94,6 +94,106 @@ fn noise_becomes_mountains_at_the_defaults() {
     }
 }
 
+/// A node of noise wired to `StreamPower`, with their defaults: heights, drainage areas and rates of erosion, in cells of
+/// 50 m.
+fn defaults(noise: &str) -> [Field; 3] {
+    let registry = registry();
+    let node = |id: &str, arguments: &str| registry.get(id).expect("a node").written(arguments);
+    let text = format!(
+        "(world: (size: \"16 km\", cells: 320, seed: 3, boundary: inland), nodes: {{ \"base\": {}, \"rivers\": {} }}, \
+         outputs: {{ \"height\": \"rivers\", \"area\": \"rivers.area\", \"rate\": \"rivers.erosion_rate\" }})",
+        node(noise, ""),
+        node("StreamPower", "height: \"base\""),
+    );
+    let document = Document::parse(text, &registry);
+    relief::built_outputs(&document, &folder(), 320, ["height", "area", "rate"]).expect("three rasters")
+}
+
+/// The mean slope of the next eight cells along the steepest descent, from each cell that drains 0.8 to 1.25 km².
+fn channel_slopes(height: &Field, area: &Field) -> Vec<f64> {
+    let window = height.window();
+    let (nx, ny, cell_m, z) = (window.nx(), window.ny(), window.cell_m(), height.samples());
+    let next = |cell: usize| {
+        let around = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)].into_iter();
+        let beside = around.filter_map(|(dx, dy): (isize, isize)| {
+            let (x, y) = ((cell % nx).checked_add_signed(dx)?, (cell / nx).checked_add_signed(dy)?);
+            let length_m = cell_m * math::hypot(dx as f64, dy as f64);
+            (x < nx && y < ny).then(|| (y * nx + x, length_m, f64::from(z[cell] - z[y * nx + x]) / length_m))
+        });
+        beside.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|way| way.2 > 0.0)
+    };
+    let slope = |first: usize| {
+        let (mut cell, mut way_m) = (first, 0.0);
+        for _ in 0..8 {
+            let (below, length_m, _) = next(cell)?;
+            (cell, way_m) = (below, way_m + length_m);
+        }
+        Some(f64::from(z[first] - z[cell]) / way_m)
+    };
+    (0..z.len()).filter(|cell| (0.8e6..1.25e6).contains(&area.samples()[*cell])).filter_map(slope).collect()
+}
+
+/// Where 1 km² drains, rivers of real mountains fall by 15 to 25 %, and no mountains are in balance everywhere.
+#[test]
+fn default_rivers_are_as_steep_as_real_ones_and_not_in_balance() {
+    for noise in ["Perlin", "Ridged", "Noise"] {
+        let [height, area, rate] = defaults(noise);
+        let mut slopes = channel_slopes(&height, &area);
+        slopes.sort_unstable_by(f64::total_cmp);
+        let slope = slopes[slopes.len() / 2];
+        // the uplift is 1 mm/yr
+        let off = rate.samples().iter().filter(|rate| (**rate / 1e-3 - 1.0).abs() > 0.2).count();
+        let off = off as f64 / rate.samples().len() as f64;
+        println!("{noise}: {slope:.3} where 1 km² drains; {off:.2} erode a fifth faster or slower than they rise");
+        assert!((0.15..0.25).contains(&slope), "{noise}: {slope}");
+        assert!(off > 0.2, "{noise}: {off}");
+    }
+}
+
+/// Rock with dipping beds turns slopes across its strike, and makes those with the dip gentler than the scarps.
+#[test]
+fn beds_give_mountains_a_grain() {
+    let text = "(world: (size: \"24 km\", cells: 240, seed: 3, boundary: inland), nodes: {
+        \"base\": Perlin(wavelength: \"8 km\", amplitude: \"200 m\"),
+        \"beds\": Rock(height: \"base\", strike: 60, fold_height: 0, dip: 20, beds: 1, broken: 0),
+        \"even\": Rock(height: \"base\", strike: 60, beds: 0, broken: 0),
+        \"grained\": StreamPower(version: 20, height: \"base\", reference_rate: \"beds.rate\", repose: \"beds.repose\",
+            variation: 0, repose_variation: 0),
+        \"plain\": StreamPower(version: 20, height: \"base\", reference_rate: \"even.rate\", repose: \"even.repose\",
+            variation: 0, repose_variation: 0),
+    }, outputs: { \"grained\": \"grained\", \"plain\": \"plain\" })";
+    let document = Document::parse(text, &registry());
+    let lands = relief::built_outputs(&document, &folder(), 240, ["grained", "plain"]).expect("two rasters");
+    let [grained, plain] = lands.map(|land| {
+        let (nx, z) = (land.window().nx(), land.samples().to_vec());
+        // the unit vector across a strike of 60° east of north, down the dip; x to the east, y to the south
+        let across = [math::cos(60_f64.to_radians()), math::sin(60_f64.to_radians())];
+        let [mut facing, mut steep, mut sums] = [0.0, 0.0, 0.0].map(|zero: f64| [zero; 2]);
+        for cell in (nx..z.len() - nx).filter(|cell| (1..nx - 1).contains(&(cell % nx))) {
+            let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / (2.0 * land.window().cell_m());
+            let (x, y) = (rise(1), rise(nx));
+            let slope = math::hypot(x, y);
+            if slope > 0.1 {
+                let up = (x * across[0] + y * across[1]) / slope;
+                facing[usize::from(up.abs() > 0.866)] += 1.0;
+                // up against the direction of the dip on dip slopes, which fall with the beds
+                if up.abs() > 0.7 {
+                    let side = usize::from(up > 0.0);
+                    (steep[side], sums[side]) = (steep[side] + slope, sums[side] + 1.0);
+                }
+            }
+        }
+        (facing[1] / (facing[0] + facing[1]), [steep[0] / sums[0], steep[1] / sums[1]])
+    });
+    println!(
+        "slopes within 30 degrees of across the strike, and mean slopes of both sides: {grained:?}, plain {plain:?}"
+    );
+    // a third if slopes faced all ways alike
+    assert!(grained.0 > plain.0 + 0.1, "{} {}", grained.0, plain.0);
+    let ratio = |[a, b]: [f64; 2]| f64::max(a, b) / f64::min(a, b);
+    assert!(ratio(grained.1) > 1.05 && ratio(grained.1) > ratio(plain.1), "{:?} {:?}", grained.1, plain.1);
+}
+
 /// Measures of drainage and of small forms, and the windows of real mountains.
 const FORMS: [(&str, RangeInclusive<f64>); 7] = [
     ("roughness.laplacian_skew", -1.0..=1.0),
@@ -130,10 +230,49 @@ fn mountains_have_slopes_of_many_angles_and_real_valleys() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
-/// Measures of the Alps with cells of 80 m: relief, slopes and hypsometric integral of an area 30 km wide.
+/// Erosion keeps at least nine tenths of the ratio of slopes of a real model.
+#[test]
+fn erosion_keeps_the_slopes_of_a_real_model() {
+    let source = std::fs::read_to_string(folder().join("carve_dem.ron")).expect("a graph file");
+    let source = source.replace("outputs: {", "outputs: { \"model\": \"today\",");
+    let document = Document::parse_at(source, folder().join("carve_dem.ron"), &registry());
+    let lands = relief::built_outputs(&document, &folder(), 512, ["model", "height"]).expect("two rasters");
+    let [before, after] = lands.map(|land| Look::of(&land).expect("slopes").ratio);
+    println!("the ratio was {before:.2} and is {after:.2}");
+    assert!((1.6..1.8).contains(&before) && after >= 0.9 * before, "{before} {after}");
+}
+
+/// The median slope of cells by the area that they drain, in quarters of a power of ten from 10^3.75 m².
+fn slopes_by_area(height: &Field, area: &Field) -> Vec<f64> {
+    let (nx, z, step_m) = (height.window().nx(), height.samples(), 2.0 * height.window().cell_m());
+    let mut bins = vec![Vec::new(); 12];
+    for cell in (nx..z.len() - nx).filter(|cell| (1..nx - 1).contains(&(cell % nx))) {
+        let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / step_m;
+        let bin = (math::ln(f64::from(area.samples()[cell])) / std::f64::consts::LN_10 - 3.75) * 4.0;
+        if let Some(bin) = bins.get_mut(bin.max(0.0) as usize) {
+            bin.push(math::hypot(rise(1), rise(nx)));
+        }
+    }
+    let median = |mut slopes: Vec<f64>| {
+        slopes.sort_unstable_by(f64::total_cmp);
+        slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
+    };
+    bins.into_iter().map(median).collect()
+}
+
+/// Measures of the Alps with cells of 80 m: relief, slopes and hypsometric integral of an area 30 km wide. Slopes are
+/// steepest where some 10^4 m² drain, and gentler both on ridges and along rivers.
 #[test]
 fn the_alps_are_alpine() {
-    let land = land(relief::ALPS.0, relief::ALPS.1);
+    let document = Document::load(folder().join("alps.ron"), &registry()).expect("a graph file");
+    let [land, area] =
+        relief::built_outputs(&document, &folder(), relief::ALPS.1, ["height", "area"]).expect("two rasters");
+    let slopes = slopes_by_area(&land, &area);
+    let steepest = slopes.iter().copied().fold(0.0, f64::max);
+    let at = slopes.iter().position(|slope| *slope == steepest).unwrap_or(0);
+    println!("median slopes from 10^3.75 m²: {slopes:.3?}");
+    assert!((0..=3).contains(&at), "steepest in bin {at}");
+    assert!(slopes[0] < 0.99 * steepest && slopes[9] < 0.8 * steepest, "{slopes:?}");
     assert_eq!(Look::of(&land).expect("slopes").faults(), None);
     assert_eq!(forms_outside(&land), [""; 0]);
     let height = |x: usize, y: usize| f64::from(land.samples()[y * 750 + x]);
@@ -213,7 +352,7 @@ fn short_runs_on_levels_change_a_model_as_single_grids_do() {
         let source = format!(
             "(format: 1, world: (size: (15360, 15360), cells: (256, 256), seed: 5, boundary: {sides}), nodes: {{
                 \"today\": Import(file: \"data/bigtujunga_512_30m.tif\"),
-                \"rivers\": StreamPower(version: 19, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
+                \"rivers\": StreamPower(version: 20, height: \"today\", uplift: \"1 mm/yr\", duration: \"100 kyr\",
                     {changes} schedule: {schedule}),
             }}, outputs: {{ \"before\": \"today\", \"height\": \"rivers\" }})"
         );

@@ -73,26 +73,91 @@ fn shared(light: hillshade::Params, other: &Field) -> hillshade::Params {
     }
 }
 
-/// A picture of a part of the world as the viewport shows it, in the tints of the `whole`: as [`of_field`], but without
+/// What a picture of the viewport depends on besides what it shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Around<'a> {
+    /// The whole output, which gives the range of the tints.
+    pub whole: &'a Field,
+    /// Heights that share their tints with those that are shown, or on whose hillshade a mask or numbers lie.
+    pub beside: Option<&'a Field>,
+    /// The depth of the water on heights, in metres.
+    pub water: Option<&'a Field>,
+}
+
+impl<'a> Around<'a> {
+    /// Nothing but the whole output.
+    #[must_use]
+    pub const fn whole(whole: &'a Field) -> Self {
+        Self { whole, beside: None, water: None }
+    }
+}
+
+/// A picture of a part of the world as the viewport shows it, in the tints of the whole: as [`of_field`], but without
 /// the shadows of terrain, which may be outside the part, and with numbers that have a unit in the colours of
-/// [`NUMBERS`] and not in greys, which light and shadow of a 3D view would change. Heights may share their tints with
-/// others `beside` them; a mask with heights beside it lies on their hillshade.
+/// [`NUMBERS`] and not in greys, which light and shadow of a 3D view would change.
 #[must_use]
-pub fn of_part(part: &Field, ty: PortType, whole: &Field, beside: Option<&Field>) -> Field {
+pub fn of_part(part: &Field, ty: PortType, around: Around<'_>) -> Field {
+    let Around { whole, beside, water } = around;
+    let ground = beside.filter(|ground| ground.window() == part.window());
     match ty {
         PortType::Height => {
             let light = beside.into_iter().fold(hillshade::Params::fitted(whole), shared);
             let [_, colour] = hillshade::relief(part, &light);
-            colour
+            match water.filter(|water| water.window() == part.window()) {
+                Some(water) => flooded(&colour, water),
+                None => colour,
+            }
         }
-        PortType::Mask => match beside.filter(|ground| ground.window() == part.window()) {
+        PortType::Mask => match ground {
             Some(ground) => over(part, ground),
             None => grey(part, &Scale::linear(whole)),
         },
         PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
-        PortType::Scalar(_) => coloured(part, &Scale::of(whole, ty)),
+        PortType::Scalar(_) => {
+            let colours = coloured(part, &Scale::of(whole, ty));
+            match ground {
+                Some(ground) => lit(&colours, ground),
+                None => colours,
+            }
+        }
         _ => grey(part, &Scale::linear(whole)),
     }
+}
+
+/// Colours in the light on the ground below them. The least light is half of the most, so that they can be read off a
+/// legend.
+fn lit(colours: &Field, ground: &Field) -> Field {
+    const LEAST: f32 = 0.5;
+    let [shade, _] = hillshade::relief(ground, &hillshade::Params::fitted(ground));
+    let shade = shade.plane(0);
+    let brightest = shade.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    let plane = |plane: usize| {
+        colours
+            .plane(plane)
+            .iter()
+            .zip(shade)
+            .map(move |(colour, shade)| colour * (LEAST + (1.0 - LEAST) * (shade / brightest).clamp(0.0, 1.0)))
+    };
+    Field::with_planes(*colours.window(), 3, (0..3).flat_map(plane).collect())
+}
+
+/// Water over colours: the deeper, the less of the ground is seen.
+fn flooded(colours: &Field, depths: &Field) -> Field {
+    /// In linear RGB.
+    const WATER: [f32; 3] = [0.03, 0.14, 0.30];
+    /// The least cover of water, and the depth at which two thirds of the rest are covered, in metres.
+    const COVER: (f32, f32) = (0.55, 10.0);
+    /// Water that is not drawn: a film after rain.
+    const FILM_M: f32 = 0.02;
+    let cover = |depth_m: f32| match depth_m > FILM_M {
+        true => 1.0 - (1.0 - COVER.0) * math::exp(-depth_m / COVER.1),
+        false => 0.0,
+    };
+    let covers: Vec<f32> = depths.plane(0).iter().map(|depth_m| cover(*depth_m)).collect();
+    let plane = |(plane, water): (usize, f32)| {
+        colours.plane(plane).iter().zip(&covers).map(move |(colour, cover)| colour + (water - colour) * cover)
+    };
+    Field::with_planes(*colours.window(), 3, WATER.into_iter().enumerate().flat_map(plane).collect())
 }
 
 /// A mask in red over the hillshade of the ground below it.
@@ -387,9 +452,13 @@ mod tests {
         let window = Window { origin: [2, 1], cells: [4, 3], ..Window::whole(world) };
         let part = whole.crop(&window);
         for ty in [PortType::Mask, PortType::Scalar(Unit::Metres), PortType::Scalar(Unit::SquareMetres)] {
-            assert_eq!(of_part(&part, ty, &whole, None), of_part(&whole, ty, &whole, None).crop(&window), "{ty:?}");
+            assert_eq!(
+                of_part(&part, ty, Around::whole(&whole)),
+                of_part(&whole, ty, Around::whole(&whole)).crop(&window),
+                "{ty:?}"
+            );
         }
-        assert_ne!(of_part(&part, PortType::Height, &whole, None), of_height(&part, View::Map));
+        assert_ne!(of_part(&part, PortType::Height, Around::whole(&whole)), of_height(&part, View::Map));
     }
 
     /// The numbers at the ends and in the middle of a scale are those that the picture shows there.
@@ -407,7 +476,7 @@ mod tests {
             Scale::of(&Field::constant(Window::whole(world), 0.0), PortType::Scalar(Unit::SquareMetres)).number(0.0),
             None
         );
-        let picture = of_part(&numbers, PortType::Scalar(Unit::Metres), &numbers, None);
+        let picture = of_part(&numbers, PortType::Scalar(Unit::Metres), Around::whole(&numbers));
         let tints = tints(NUMBERS);
         let pixel = |at: usize| [0, 1, 2].map(|plane| picture.plane(plane)[at]);
         assert_eq!((pixel(0), pixel(2)), (tints[0], tints[TINTS - 1]));

@@ -102,11 +102,11 @@ fn check_warns_of_what_cannot_be_computed() {
         ("Select(value: \"plain\", from: 3, to: 2)", "`from` is 3, above `to`, 2"),
         ("Remap(value: \"plain\", from: (2, 2))", "both values of `from` are 2"),
         (
-            "StreamPower(version: 19, uplift: 0, height: \"plain\", erodibility: 1e-6, reference_rate: 0.001)",
+            "StreamPower(version: 20, uplift: 0, height: \"plain\", erodibility: 1e-6, reference_rate: 0.001)",
             "both `erodibility` and `reference_rate` are given",
         ),
         (
-            "StreamPower(version: 19, uplift: 0, height: \"plain\", method: analytical, n: 2)",
+            "StreamPower(version: 20, uplift: 0, height: \"plain\", method: analytical, n: 2)",
             "is for n = 1, and n is 2",
         ),
     ] {

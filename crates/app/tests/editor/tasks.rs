@@ -1,7 +1,7 @@
 //! Three tasks from the manual alone, from the welcome page to the result, with the clicks and keys that each takes. The
 //! table in `docs/checks.md` compares them with those of an earlier window.
 
-use egui::{Key, Modifiers, Pos2};
+use egui::{Key, Modifiers, Pos2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::{editor::App, export::engine::Engine};
 use orograph_graph::ParamValue;
@@ -34,7 +34,8 @@ impl User {
             App::new(context, None, orograph::build::storage::in_memory()).expect("no file is read").welcoming()
         });
         let mut user = Self { window, done: Actions::default() };
-        user.window.run_steps(3);
+        // until the page is laid out
+        user.window.run_steps(12);
         user
     }
 
@@ -102,8 +103,8 @@ fn an_island_with_a_road() {
         user.press(name);
     }
     user.settle();
-    let view = user.window.get_by_label("terrain in 3D").rect();
-    for share in [(0.40, 0.52), (0.47, 0.56), (0.53, 0.55), (0.60, 0.58)] {
+    let view = user.window.get_by_label("view of the terrain").rect();
+    for share in [(0.34, 0.30), (0.42, 0.36), (0.50, 0.33), (0.60, 0.40)] {
         user.click(view.lerp_inside(egui::vec2(share.0, share.1)));
     }
     user.key(Modifiers::NONE, Key::Escape);
@@ -130,7 +131,7 @@ fn an_alpine_valley_with_a_painted_lake() {
         user.press(name);
     }
     user.settle();
-    let view = user.window.get_by_label("terrain in 3D").rect();
+    let view = user.window.get_by_label("view of the terrain").rect();
     user.drag(view.lerp_inside(egui::vec2(0.45, 0.5)), view.lerp_inside(egui::vec2(0.55, 0.55)));
     user.add("lake");
     user.settle();
@@ -145,22 +146,25 @@ fn an_alpine_valley_with_a_painted_lake() {
 
 #[test]
 fn a_canyon_for_unreal() {
+    crate::draws();
     let mut user = User::new();
     let out = tempfile::tempdir().expect("a folder");
     user.press("A canyon in layered rock");
     user.coarse(64);
     user.key(Modifiers::COMMAND, Key::E);
-    let field = user.window.get_by_role_and_label(egui::accesskit::Role::TextInput, "Folder").rect().center();
+    let field = user.window.get_by_role_and_label(Role::TextInput, "Folder").rect().center();
     user.click(field);
     user.key(Modifiers::COMMAND, Key::A);
     let folder = out.path().join("canyon");
     user.text(&folder.display().to_string());
-    let engines = user.window.get_all_by_role(egui::accesskit::Role::ComboBox);
+    let engines = user.window.get_all_by_role(Role::ComboBox);
     let engines = engines.into_iter().find(|combo| combo.value().as_deref() == Some("none"));
     let engines = engines.expect("a choice of engines").rect().center();
     user.click(engines);
     user.press(Engine::Unreal.title());
-    user.press("Export");
+    look(&mut user.window, "task_canyon");
+    let export = user.window.get_by_role_and_label(Role::Button, "Export").rect().center();
+    user.click(export);
     until(&mut user.window, "files are written", |window| window.query_by_label_contains("Wrote ").is_some());
     for file in ["height.png", "unreal.txt"] {
         assert!(folder.join(file).is_file(), "{file}");

@@ -14,8 +14,7 @@ use crate::editor::{Session, window::names::Named as _};
 
 /// Shows the settings of the file.
 pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
-    let name = session.path().and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned());
-    title(ui, name.as_deref().unwrap_or("New graph"));
+    title(ui, &session.title());
     let about = session.document().about();
     if about.is_empty() {
         ui.add(Label::new(RichText::new("Select a node to see what it does, or add one to the graph.").weak()).wrap());

@@ -475,7 +475,10 @@ impl Target {
 
 /// Prepares a terrain for drawing.
 pub(super) fn terrain(surface: &Surface) -> Result<Terrain, ViewError> {
-    let colour = surface.colour.as_ref().map(|Colour { field, ty, whole }| picture::of_part(field, *ty, whole, None));
+    let colour = surface
+        .colour
+        .as_ref()
+        .map(|Colour { field, ty, whole }| picture::of_part(field, *ty, picture::Around::whole(whole)));
     let lines = surface.lines.as_ref().map(|lines| view::coverage(lines, surface.height.window()));
     let cover = Cover {
         colour: colour.as_ref(),

@@ -28,7 +28,7 @@ use egui::{
     PopupCloseBehavior, Vec2,
     containers::menu::{MenuButton, MenuConfig},
 };
-use orograph_graph::{PortType, Window};
+use orograph_graph::Window;
 use orograph_nodes::raster;
 
 use self::{
@@ -39,7 +39,7 @@ use self::{
     legend::Legend,
     look::Look,
     map::{Map, Marks},
-    painter::Painter,
+    painter::{Painter, Surroundings},
     profile::Profile,
     shown::{Shown, counterpart, finer, measured, ports, shown},
     surface::{Parts, Surface},
@@ -169,15 +169,13 @@ impl Viewport {
         let sides = both.iter().zip([&self.painter, &self.other]);
         sides.enumerate().any(|(side, (shown, painter))| {
             let Some((port, shown)) = shown else { return false };
-            let beside = both[1 - side].as_ref().map(|(_, beside)| beside).filter(|beside| beside.ty == shown.ty);
-            let below = self.below(session, shown);
-            let beside = beside.or(below.as_ref());
+            let other = both[1 - side].as_ref().map(|(_, other)| other);
             match (self.mode, &self.landscape) {
                 (Mode::Terrain, Ok(landscape)) => {
                     let surface = Surface::of(session, &Parts::of(session, port, &self.look));
                     surface.is_some_and(|surface| landscape.lacks(side, &surface.key))
                 }
-                _ => painter.lacks(shown, beside, self.contours),
+                _ => painter.lacks(shown, &Surroundings::of(session, &self.look, shown, other), self.contours),
             }
         })
     }
@@ -228,12 +226,11 @@ impl Viewport {
         let parts = [&port, &compared].map(|port| {
             let parts = port.as_deref().map(|port| match self.mode {
                 Mode::Terrain => Parts::of(session, port, &self.look),
-                Mode::Map => Parts::of_map(session, port),
+                Mode::Map => Parts::of_map(session, port, &self.look),
             });
             parts.unwrap_or_default()
         });
-        let below = port.as_deref().and_then(|port| self.name_below(session, port));
-        session.also_show(parts.iter().flat_map(Parts::names).chain(below).collect());
+        session.also_show(parts.iter().flat_map(Parts::names).collect());
         let Some(shown) = port.as_deref().and_then(|port| shown(session, port)) else {
             let node = port.as_deref().and_then(|port| port.split_once('.')).map(|(node, _)| node);
             let lacks = node.and_then(|node| Some(format!("{node}\n{}", session.node(node).state.lacks()?)));
@@ -250,7 +247,6 @@ impl Viewport {
             return Vec::new();
         };
         let compared = compared.and_then(|port| self::shown(session, &port));
-        let below = self.below(session, &shown);
         let measured = [Some(&shown), compared.as_ref()].map(|shown| shown.map(|shown| measured(session, shown)));
         let [own, other] = &measured;
         self.profile.panel(ui, own.as_ref().unwrap_or(&shown), other.as_ref());
@@ -287,32 +283,31 @@ impl Viewport {
                 (pointer, vec![first.drawn(), second.drawn()])
             }
             _ => {
-                let alike = compared.as_ref().is_some_and(|compared| compared.ty == shown.ty);
-                let other = compared.as_ref().filter(|_| alike);
-                self.painter.want(ui.ctx(), &shown, other.or(below.as_ref()), self.contours);
-                if let Some(compared) = &compared {
-                    self.other.want(ui.ctx(), compared, Some(&shown).filter(|_| alike), self.contours);
-                }
                 let first = &shown;
                 let shown: Vec<&Shown> = std::iter::once(first).chain(&compared).collect();
                 let near: Vec<Option<Shown>> = shown.iter().map(|shown| finer(session, shown)).collect();
-                let mut finer = [map::Finer::default(); 2];
-                let parts = finer.iter_mut().zip(&mut self.finer).zip(&near).zip(&shown);
-                for (side, (((finer, painter), near), whole)) in parts.enumerate() {
-                    // a mask that is painted lies on all of the ground
-                    if let Some(near) = near.as_ref().filter(|near| near.fresh && below.is_none()) {
-                        let beside = shown.get(1 - side).copied().filter(|_| alike);
-                        painter.want_part(ui.ctx(), near, (whole, beside), self.contours);
+                let around: Vec<Surroundings> = (0..shown.len())
+                    .map(|side| Surroundings::of(session, &self.look, shown[side], shown.get(1 - side).copied()))
+                    .collect();
+                let mut parts = [map::Finer::default(); 2];
+                let painters = [&mut self.painter, &mut self.other].into_iter().zip(&mut self.finer).zip(&mut parts);
+                for (side, ((painter, of_part), part)) in painters.take(shown.len()).enumerate() {
+                    painter.want(ui.ctx(), shown[side], &around[side], self.contours);
+                    if let Some(near) = near[side].as_ref().filter(|near| near.fresh)
+                        && let Some(around) = around[side].finer(session)
+                    {
+                        of_part.want_part(ui.ctx(), near, (shown[side], &around), self.contours);
                     }
-                    *finer = map::Finer { shown: near.as_ref(), picture: painter.part(&whole.port, whole.revision) };
+                    let picture = of_part.part(&shown[side].port, shown[side].revision);
+                    *part = map::Finer { shown: near[side].as_ref(), picture };
                 }
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
-                let drawn = shown.iter().map(|shown| vec![shown.port.clone()]).collect();
+                let drawn = shown.iter().zip(&around).map(|(shown, around)| around.names(shown)).collect();
                 let mut over = |ui: &egui::Ui, on: (&egui::Response, &egui::Painter), projection: &Projection<'_>| {
                     ended = handles && draw.ui(ui, on, projection, session, drawing);
                     layers::show(ui, on, projection, session, first);
                 };
-                (self.map.ui(ui, sides, pictures, finer, (tool, marks), &mut over), drawn)
+                (self.map.ui(ui, sides, pictures, parts, (tool, marks), &mut over), drawn)
             }
         };
         let mut rest = marks.rest(pane);
@@ -327,18 +322,6 @@ impl Viewport {
         }
         self.tool_bar(ui, session, pane);
         drawn
-    }
-
-    /// The heights on which a mask lies that is painted on the map, as `node.port`.
-    fn name_below(&self, session: &Session, port: &str) -> Option<String> {
-        let graph = session.document().graph();
-        let painted = graph.port(port).ok().filter(|_| self.mode == Mode::Map && self.tool == Tool::Brush)?;
-        let ground = (graph.output_type(painted) == PortType::Mask).then(|| session.ground_of(painted)).flatten()?;
-        Some(graph.port_name(ground))
-    }
-
-    fn below(&self, session: &Session, shown: &Shown) -> Option<Shown> {
-        self::shown(session, &self.name_below(session, &shown.port)?)
     }
 
     /// The bar of the tool, on the top of the picture.

@@ -6,8 +6,68 @@ use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use orograph_graph::{Field, PortType, Window};
 use orograph_nodes::raster::srgb_bytes;
 
-use super::{Shown, scale::contour_step};
-use crate::export::picture;
+use super::{
+    Shown,
+    look::Look,
+    scale::contour_step,
+    shown::{finer, shown},
+    surface::Parts,
+};
+use crate::{editor::Session, export::picture};
+
+/// What a picture on the map depends on besides the output that it shows.
+#[derive(Clone, Default)]
+pub(super) struct Surroundings {
+    /// For heights, those on the other side of a comparison, which share the tints; for a mask and for numbers, the
+    /// terrain that they lie on.
+    beside: Option<Shown>,
+    is_compared: bool,
+    /// The depth of the water on heights.
+    water: Option<Shown>,
+}
+
+impl Surroundings {
+    /// What belongs to an output on the map with these settings; `other` is what it is compared with.
+    pub(super) fn of(session: &Session, look: &Look, shown: &Shown, other: Option<&Shown>) -> Self {
+        let is_alike = |field: &Shown| field.field.window() == shown.field.window();
+        match shown.ty {
+            PortType::Height => Self {
+                beside: other.filter(|other| other.ty == PortType::Height).cloned(),
+                is_compared: true,
+                water: Parts::water_of(session, shown.name(), look)
+                    .and_then(|water| self::shown(session, &water))
+                    .filter(is_alike),
+            },
+            PortType::Mask | PortType::Scalar(_) => {
+                let ground = Parts::ground_of(session, &shown.port).and_then(|ground| self::shown(session, &ground));
+                Self { beside: ground.filter(is_alike), ..Self::default() }
+            }
+            _ => Self::default(),
+        }
+    }
+
+    /// The same with finer parts. Returns None if one of them is not built.
+    pub(super) fn finer(&self, session: &Session) -> Option<Self> {
+        let part = |whole: &Option<Shown>| match whole {
+            Some(whole) => finer(session, whole).map(Some),
+            None => Some(None),
+        };
+        // heights beside others in a comparison only give the range of the tints
+        let beside = if self.is_compared { Some(self.beside.clone()) } else { part(&self.beside) };
+        Some(Self { beside: beside?, water: part(&self.water)?, ..*self })
+    }
+
+    /// The outputs that a picture of `shown` is made of.
+    pub(super) fn names(&self, shown: &Shown) -> Vec<String> {
+        let under = self.beside.as_ref().filter(|_| !self.is_compared);
+        std::iter::once(shown).chain(under).chain(&self.water).map(|part| part.port.clone()).collect()
+    }
+
+    /// The port, revision and step of each.
+    fn ages(&self) -> [Option<(String, u64, u64)>; 2] {
+        [&self.beside, &self.water].map(|part| part.as_ref().map(|part| (part.port.clone(), part.revision, part.step)))
+    }
+}
 
 /// The content of a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,14 +79,14 @@ struct Key {
     contours: bool,
     /// Cells of the whole output, which gives the range of the tints.
     whole: [u32; 2],
-    /// The port, revision and step of the heights beside it in a comparison, or below a mask.
-    beside: Option<(String, u64, u64)>,
+    /// What else the picture depends on.
+    around: [Option<(String, u64, u64)>; 2],
 }
 
 impl Key {
-    fn of(shown: &Shown, whole: Option<&Field>, beside: Option<&Shown>, contours: bool) -> Self {
+    fn of(shown: &Shown, whole: Option<&Field>, around: &Surroundings, contours: bool) -> Self {
         Self {
-            beside: beside.map(|beside| (beside.port.clone(), beside.revision, beside.step)),
+            around: around.ages(),
             port: shown.port.clone(),
             revision: shown.revision,
             step: shown.step,
@@ -45,15 +105,14 @@ pub(super) struct Painter {
 }
 
 impl Painter {
-    /// Requests the picture of an output; the previous one stays until it is ready. Heights share their tints with those
-    /// `beside` them in a comparison; a mask lies on them.
-    pub(super) fn want(&mut self, context: &Context, shown: &Shown, beside: Option<&Shown>, contours: bool) {
-        self.want_in_tints(context, shown, (None, beside), contours);
+    /// Requests the picture of an output; the previous one stays until it is ready.
+    pub(super) fn want(&mut self, context: &Context, shown: &Shown, around: &Surroundings, contours: bool) {
+        self.want_in_tints(context, shown, (None, around), contours);
     }
 
     /// Returns true if the picture of an output is not made yet.
-    pub(super) fn lacks(&self, shown: &Shown, beside: Option<&Shown>, contours: bool) -> bool {
-        let key = Key::of(shown, None, sharing(shown, beside), contours);
+    pub(super) fn lacks(&self, shown: &Shown, around: &Surroundings, contours: bool) -> bool {
+        let key = Key::of(shown, None, around, contours);
         self.texture.as_ref().is_none_or(|(made, _)| *made != key)
     }
 
@@ -62,21 +121,20 @@ impl Painter {
         &mut self,
         context: &Context,
         part: &Shown,
-        (whole, beside): (&Shown, Option<&Shown>),
+        (whole, around): (&Shown, &Surroundings),
         contours: bool,
     ) {
-        self.want_in_tints(context, part, (Some(&whole.field), beside), contours);
+        self.want_in_tints(context, part, (Some(&whole.field), around), contours);
     }
 
     fn want_in_tints(
         &mut self,
         context: &Context,
         shown: &Shown,
-        (whole, beside): (Option<&Field>, Option<&Shown>),
+        (whole, around): (Option<&Field>, &Surroundings),
         contours: bool,
     ) {
-        let beside = sharing(shown, beside);
-        let key = Key::of(shown, whole, beside, contours);
+        let key = Key::of(shown, whole, around, contours);
         if let Some((made, image)) = self.work.take() {
             match image.try_recv() {
                 Ok(image) => {
@@ -95,14 +153,16 @@ impl Painter {
         }
         let (outbox, inbox) = channel();
         let (context, field, whole, ty) = (context.clone(), shown.field.clone(), whole.cloned(), shown.ty);
-        let beside = beside.map(|beside| beside.field.clone());
+        let [beside, water] = [&around.beside, &around.water].map(|part| part.as_ref().map(|part| part.field.clone()));
         let contours = key.contours;
         let most = context.input(|input| input.max_texture_side) as u32;
         rayon::spawn(move || {
             let field = picture::shrunk(&field, most);
             let whole = whole.map_or_else(|| field.clone(), |whole| picture::shrunk(&whole, most));
+            let [beside, water] = [beside, water].map(|part| part.map(|part| picture::shrunk(&part, most)));
+            let around = picture::Around { whole: &whole, beside: beside.as_ref(), water: water.as_ref() };
             // Ignored: the receiver is gone once the window is closed.
-            let _ = outbox.send(image(&field, (&whole, beside.as_ref()), ty, contours));
+            let _ = outbox.send(image(&field, around, ty, contours));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
@@ -137,17 +197,11 @@ const fn options() -> TextureOptions {
     }
 }
 
-/// The heights that a picture depends on: those on the other side of a comparison of heights, or those below a mask.
-fn sharing<'a>(shown: &Shown, beside: Option<&'a Shown>) -> Option<&'a Shown> {
-    let uses = matches!(shown.ty, PortType::Height | PortType::Mask);
-    beside.filter(|beside| uses && beside.ty == PortType::Height)
-}
-
-/// A picture of an output for the screen, with the tints of the whole output, and of what is beside it.
-fn image(field: &Field, (whole, beside): (&Field, Option<&Field>), ty: PortType, contours: bool) -> ColorImage {
-    let mut bytes = srgb_bytes(&picture::of_part(field, ty, whole, beside));
+/// A picture of an output for the screen.
+fn image(field: &Field, around: picture::Around<'_>, ty: PortType, contours: bool) -> ColorImage {
+    let mut bytes = srgb_bytes(&picture::of_part(field, ty, around));
     if contours {
-        let (low, high) = whole.range(0).unwrap_or_default();
+        let (low, high) = around.whole.range(0).unwrap_or_default();
         draw_contours(&mut bytes, field, contour_step(f64::from(high - low)));
     }
     let window = field.window();

@@ -71,13 +71,37 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// The outputs to draw on a map: lines lie on heights.
-    pub(super) fn of_map(session: &Session, port: &str) -> Self {
+    /// The outputs to draw on a map with these settings: lines, a mask and numbers lie on heights, water on the ground.
+    pub(super) fn of_map(session: &Session, port: &str, look: &Look) -> Self {
         let graph = session.document().graph();
-        let lines = graph.port(port).ok().filter(|shown| graph.output_type(*shown) == PortType::Lines);
-        let ground = lines
-            .map(|shown| session.ground_of(shown).map_or_else(|| LEVEL.to_owned(), |ground| graph.port_name(ground)));
-        Self { lines: ground.as_ref().map(|_| port.to_owned()), ground, ..Self::default() }
+        let is_lines = graph.port(port).is_ok_and(|shown| graph.output_type(shown) == PortType::Lines);
+        let level = || is_lines.then(|| LEVEL.to_owned());
+        Self {
+            ground: Self::ground_of(session, port).or_else(level),
+            over: None,
+            water: Self::water_of(session, port, look),
+            lines: is_lines.then(|| port.to_owned()),
+        }
+    }
+
+    /// The heights on which lines, a mask or numbers lie.
+    pub(super) fn ground_of(session: &Session, port: &str) -> Option<String> {
+        let graph = session.document().graph();
+        let shown = graph.port(port).ok()?;
+        let lies = matches!(graph.output_type(shown), PortType::Lines | PortType::Mask | PortType::Scalar(_));
+        let ground = lies.then(|| session.ground_of(shown)).flatten()?;
+        Some(graph.port_name(ground))
+    }
+
+    /// The depth of the water on an output of heights, with these settings.
+    pub(super) fn water_of(session: &Session, port: &str, look: &Look) -> Option<String> {
+        let graph = session.document().graph();
+        let heights = graph.port(port).ok().filter(|shown| graph.output_type(*shown) == PortType::Height)?;
+        match &look.water {
+            Water::None => None,
+            Water::Output(water) => Some(water.clone()),
+            Water::Own => own_water(graph, heights).map(|port| graph.port_name(port)),
+        }
     }
 
     /// The outputs to draw in 3D with these settings.

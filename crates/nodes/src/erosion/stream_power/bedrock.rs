@@ -25,8 +25,8 @@ pub struct Bedrock<'a> {
     uplift: Lane<'a>,
     /// How far rock has risen since the start, for an uplift of 1 m/yr.
     risen_yr: f64,
-    /// One over the hardness at the surface when the step began.
-    pub weakness: Vec<f32>,
+    /// The layer at the surface when the step began; a column has at most 10 000.
+    layers: Vec<u16>,
     /// The tangent of the steepest slope of a cell over that of its layer, where it varies.
     stands: Option<Vec<f32>>,
 }
@@ -47,9 +47,9 @@ impl<'a> Bedrock<'a> {
             let mean = math::tan(f64::from(repose.at(cell)).to_radians());
             *stands = if stands.is_finite() && mean > 0.0 { (f64::from(*stands) / mean) as f32 } else { 1.0 };
         }
-        let weakness = zeroed(strata.offset().samples().len())?;
+        let layers = zeroed(strata.offset().samples().len())?;
         let (beds, offset) = (Beds::of_rock(strata.column()), strata.offset().samples());
-        Ok(Self { beds, offset, uplift, risen_yr: 0.0, weakness, stands })
+        Ok(Self { beds, offset, uplift, risen_yr: 0.0, layers, stands })
     }
 
     /// One over the hardness of the column in the mean.
@@ -65,16 +65,23 @@ impl<'a> Bedrock<'a> {
         let (uplift, stands) = (self.uplift, self.stands.as_deref());
         let ground = Ground { beds: &self.beds, offset: self.offset };
         let size = 1 << 14;
-        let parts = self.weakness.chunks_mut(size).zip(steepest.chunks_mut(size)).zip(heights.chunks(size));
-        par::all(parts, |part, ((weakness, steepest), heights)| {
+        let parts = self.layers.chunks_mut(size).zip(steepest.chunks_mut(size)).zip(heights.chunks(size));
+        par::all(parts, |part, ((layers, steepest), heights)| {
             for (at, height) in heights.iter().enumerate() {
                 let cell = part * size + at;
                 let layer = ground.at(cell, height - f64::from(uplift.at(cell)) * risen_yr).layer;
-                weakness[at] = ground.beds.weakness[layer] as f32;
+                layers[at] = layer as u16;
                 let stands = stands.map_or(1.0, |stands| f64::from(stands[cell]));
                 steepest[at] = (ground.beds.tangents[layer] * stands) as f32;
             }
         });
+    }
+
+    /// One over the hardness at the surface of a cell when the step began.
+    #[must_use]
+    #[inline(always)]
+    pub fn weakness(&self, cell: usize) -> f64 {
+        self.beds.weakness[usize::from(self.layers[cell])]
     }
 
     const fn ground(&self) -> Ground<'_> {

@@ -428,7 +428,7 @@ impl<'a> Land<'a> {
 
     fn links(&self, step_yr: f64) -> Links<'_> {
         let links = Links::new(&self.law, &self.rock, &self.area, &self.tangents, self.cell_m, step_yr, self.n);
-        let links = links.in_layers(self.bedrock.as_ref().map(|bedrock| &bedrock.weakness[..]));
+        let links = links.in_layers(self.bedrock.as_ref());
         links.on_ground(&self.ground, &self.grid).of_beds(&self.winding)
     }
 

@@ -1,6 +1,6 @@
 //! What the law needs to know of the link from a cell to its receiver.
 
-use super::{area::Area, ground::Ground, incision::Law, rock::Rock, winding::Winding};
+use super::{area::Area, bedrock::Bedrock, ground::Ground, incision::Law, rock::Rock, winding::Winding};
 use crate::numerics::{
     math,
     routing::{Grid, code, receivers},
@@ -18,8 +18,8 @@ pub struct Links<'a> {
     bases: [[f64; 256]; 2],
     /// K Δt / dⁿ as a coefficient, where K is the same everywhere.
     everywhere: Option<[[f64; 256]; 2]>,
-    /// One over the hardness of the layer at the surface, where rock is layered.
-    weakness: Option<&'a [f32]>,
+    /// Where rock is layered.
+    bedrock: Option<&'a Bedrock<'a>>,
     /// Where slopes are rough: the ground and the cells that it lies on.
     rough: Option<(&'a Ground, &'a Grid)>,
     /// Where rivers wind: what makes them.
@@ -44,13 +44,13 @@ impl<'a> Links<'a> {
         });
         let bases = lengths_m.map(|row| row.map(|length_m| step_yr / math::pow(length_m, n)));
         let everywhere = rock.everywhere().map(|k| bases.map(|row| row.map(|base| law.coefficient(k * base))));
-        Self { law, rock, area, tangents, lengths_m, bases, everywhere, weakness: None, rough: None, winding: None }
+        Self { law, rock, area, tangents, lengths_m, bases, everywhere, bedrock: None, rough: None, winding: None }
     }
 
     /// The same links in layers of rock.
     #[must_use]
-    pub fn in_layers(self, weakness: Option<&'a [f32]>) -> Self {
-        Self { weakness, ..self }
+    pub fn in_layers(self, bedrock: Option<&'a Bedrock<'a>>) -> Self {
+        Self { bedrock, ..self }
     }
 
     /// The same links on rough ground.
@@ -100,8 +100,8 @@ impl<'a> Links<'a> {
             None => self.law.coefficient(self.rock.erodibility(cell) * self.bases[diagonal][along]),
         };
         let coefficient = self.law.times(without_area, self.area.power(self.law, cell));
-        let coefficient = match self.weakness {
-            Some(weakness) => self.law.times(coefficient, self.law.coefficient(f64::from(weakness[cell]))),
+        let coefficient = match self.bedrock {
+            Some(bedrock) => self.law.times(coefficient, self.law.coefficient(bedrock.weakness(cell))),
             None => coefficient,
         };
         let coefficient = self.rock.vary(self.law, cell, coefficient);

@@ -32,8 +32,8 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
         + 5.0
         + when(settles, 5.0)
         + if_wired("repose", 4.0)
-        // the layer at the surface: its weakness and the steepest slope
-        + if_wired("strata", 8.0)
+        // the layer at the surface, and its steepest slope
+        + if_wired("strata", 6.0)
         + when(params.receivers == Receivers::RhoInfinity, 1.0)
         + when(settles, 8.0)
         // the mean area of the headwaters, areas that cut floors, the factor of the rock and the slope it stands at

@@ -173,7 +173,7 @@ inputs! {
     /// Initial terrain.
     height: Height;
     /// Rate at which the terrain rises; it sinks where the rate is negative. At 0, rivers wear the terrain down.
-    uplift: Scalar(MetresPerYear) = 5e-4, -1.0..=1.0, soft 0.0..=0.005;
+    uplift: Scalar(MetresPerYear) = 1e-3, -1.0..=1.0, soft 0.0..=0.005;
     /// Coefficient K of the law. Negative values count as 0: nothing erodes.
     erodibility: Scalar(Erodibility) = DEFAULT_ERODIBILITY, 0.0..=1e3, soft 0.0..=1e-4;
     /// Instead of `erodibility`: the rate at which a river that drains 1 km² incises where its slope is 10 %.
@@ -215,7 +215,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 19,
+    version: 20,
     migrations: &[
         Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
         Migration {
@@ -281,6 +281,8 @@ pub static NODE: Node = Node {
         },
         // without a wire to `uplift`, ground rises; before, rivers wore all of it down
         Migration { from: 18, steps: &[Step::Keep { name: "uplift", value: "0" }] },
+        // rivers that drain 1 km² as steep as real ones
+        Migration { from: 19, steps: &[Step::Keep { name: "uplift", value: "5e-4" }] },
     ],
     category: "erosion",
     summary: "Rivers that cut into rising terrain until erosion balances uplift.",

@@ -97,7 +97,7 @@ impl Land<'_> {
         let per_k = self.time_yr * self.area.least_power() / (DETAIL * hillslope_m);
         let stays = |cell: usize| {
             let is_side = [(cell % nx, nx), (cell / nx, ny)].iter().any(|&(at, count)| at == 0 || at + 1 == count);
-            let weakness = || self.bedrock.as_ref().map_or(1.0, |bedrock| f64::from(bedrock.weakness[cell]));
+            let weakness = || self.bedrock.as_ref().map_or(1.0, |bedrock| bedrock.weakness(cell));
             is_side
                 || self.is_base(cell)
                 || self.heights[cell] < self.sea_level_m
