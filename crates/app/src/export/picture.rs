@@ -124,19 +124,17 @@ pub fn of_part(part: &Field, ty: PortType, around: Around<'_>) -> Field {
     }
 }
 
-/// Colours in the light on the ground below them. The least light is half of the most, so that they can be read off a
-/// legend.
+/// Colours in the light on the ground below them. The least light is a quarter of the most, so that they can still be
+/// read off a legend.
 fn lit(colours: &Field, ground: &Field) -> Field {
-    const LEAST: f32 = 0.5;
+    const LEAST: f32 = 0.25;
     let [shade, _] = hillshade::relief(ground, &hillshade::Params::fitted(ground));
     let shade = shade.plane(0);
-    let brightest = shade.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    let brightest = light_of(shade.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
     let plane = |plane: usize| {
-        colours
-            .plane(plane)
-            .iter()
-            .zip(shade)
-            .map(move |(colour, shade)| colour * (LEAST + (1.0 - LEAST) * (shade / brightest).clamp(0.0, 1.0)))
+        colours.plane(plane).iter().zip(shade).map(move |(colour, shade)| {
+            colour * (LEAST + (1.0 - LEAST) * (light_of(*shade) / brightest).clamp(0.0, 1.0))
+        })
     };
     Field::with_planes(*colours.window(), 3, (0..3).flat_map(plane).collect())
 }
@@ -480,6 +478,26 @@ mod tests {
         let tints = tints(NUMBERS);
         let pixel = |at: usize| [0, 1, 2].map(|plane| picture.plane(plane)[at]);
         assert_eq!((pixel(0), pixel(2)), (tints[0], tints[TINTS - 1]));
+    }
+
+    /// Numbers are brighter on slopes that face the light, a mask is red on grey, and water is blue where it stands.
+    #[test]
+    fn masks_numbers_and_water_lie_on_the_terrain_of_a_map() {
+        let window = Window::whole(World { size: [80.0, 60.0], cells: [8, 6], ..World::default() });
+        // a ridge along the middle column: its western side faces the light
+        let ridge: Vec<f32> = (0..48).map(|cell| 40.0 - 8.0 * ((cell % 8) as f32 - 3.5).abs()).collect();
+        let ground = Field::new(window, ridge);
+        let around = |water| Around { whole: &ground, beside: Some(&ground), water };
+        let even = Field::constant(window, 0.5);
+        let sum = |picture: &Field, cell: usize| (0..3).map(|plane| picture.plane(plane)[cell]).sum::<f32>();
+        let numbers = of_part(&even, PortType::Scalar(Unit::Metres), Around { whole: &even, ..around(None) });
+        assert!(sum(&numbers, 17) > 1.5 * sum(&numbers, 22), "{} {}", sum(&numbers, 17), sum(&numbers, 22));
+        let mask = of_part(&even, PortType::Mask, Around { whole: &even, ..around(None) });
+        assert!(mask.plane(0)[17] > 1.3 * mask.plane(1)[17], "red");
+        let pool = Field::new(window, (0..48).map(|cell| if cell % 8 > 5 { 3.0 } else { 0.0 }).collect());
+        let [dry, wet] = [None, Some(&pool)].map(|water| of_part(&ground, PortType::Height, around(water)));
+        assert_eq!(dry.plane(2)[17], wet.plane(2)[17]);
+        assert!(wet.plane(2)[23] > 1.5 * wet.plane(0)[23] && dry.plane(2)[23] < 1.2 * dry.plane(0)[23], "blue");
     }
 
     #[test]
