@@ -344,6 +344,27 @@ fn the_glen_has_a_loch_and_moraines() {
     assert!((0.02..=0.25).contains(&moraines), "{moraines}");
 }
 
+/// Below the cliffs of the canyon lie aprons of debris, as steep as it stands.
+#[test]
+fn the_canyon_has_aprons_of_debris() {
+    let document = Document::load(folder().join("canyon.ron"), &registry()).expect("a graph file");
+    let [land, debris] =
+        relief::built_outputs(&document, &folder(), 512, ["height", "debris"]).expect("both are built");
+    let (nx, z, step_m) = (512, land.samples(), 2.0 * land.window().cell_m());
+    let slope = |cell: usize| {
+        let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / step_m;
+        math::atan(math::hypot(rise(1), rise(nx))).to_degrees()
+    };
+    let inner = (nx..nx * (nx - 1)).filter(|cell| (1..nx - 1).contains(&(cell % nx)));
+    let mut slopes: Vec<f64> = inner.filter(|cell| debris.samples()[*cell] > 10.0).map(slope).collect();
+    slopes.sort_unstable_by(f64::total_cmp);
+    let (share, median) = (slopes.len() as f64 / z.len() as f64, slopes[slopes.len() / 2]);
+    println!(
+        "aprons of more than 10 m cover {share:.3} of the world; half of them are steeper than {median:.1} degrees"
+    );
+    assert!((0.01..0.15).contains(&share) && (26.0..36.0).contains(&median), "{share} {median}");
+}
+
 /// A short run on a real model keeps the model: 100 kyr on levels and on a single grid differ by less than a tenth of what
 /// they erode, with gullies by less than 13 %.
 #[test]
