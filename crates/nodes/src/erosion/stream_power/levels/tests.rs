@@ -103,6 +103,25 @@ fn nothing_erodes_where_rock_does_not() {
     }
 }
 
+/// Runs of a day and of a billion years from cliffs, level ground and the bottom of the sea, with the defaults.
+#[test]
+fn runs_of_any_length_give_heights() {
+    let world = World { boundary: Boundary::all(Edge::Inland), ..testing::world(120, 90, 60.0) };
+    let cliffs = testing::field(world, |x, y| 20_000.0 * white(x, y));
+    let level = Field::constant(Window::whole(world), 12.0);
+    let drowned = testing::at_sea(&level, 500.0);
+    for (years, most_m) in [("0.0027", 20_000.0), ("1e9", 5000.0)] {
+        for height in [&cliffs, &level, &drowned] {
+            let uplift = Field::constant(*height.window(), 0.001);
+            let params = testing::with_params(&NODE, &format!("duration={years}"));
+            let found = testing::run(&NODE, &params, &[("height", height), ("uplift", &uplift)], "height");
+            let (low, high) = found.range(0).expect("numbers");
+            assert!(found.samples().iter().all(|v| v.is_finite()), "{years}");
+            assert!(high - low <= most_m, "{years}: {low} to {high}");
+        }
+    }
+}
+
 #[test]
 fn any_world_gives_heights() {
     let periodic = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::default() };
