@@ -2,6 +2,7 @@
 
 mod chains;
 mod conformance;
+mod generators;
 mod golden;
 mod gpu;
 mod graphs;
