@@ -94,8 +94,7 @@ fn noise_becomes_mountains_at_the_defaults() {
     }
 }
 
-/// A node of noise wired to `StreamPower`, with their defaults: heights, drainage areas and rates of erosion, in cells of
-/// 50 m.
+/// Heights, drainage areas and rates of erosion of a noise wired to `StreamPower`, with their defaults, in cells of 50 m.
 fn defaults(noise: &str) -> [Field; 3] {
     let registry = registry();
     let node = |id: &str, arguments: &str| registry.get(id).expect("a node").written(arguments);
@@ -150,48 +149,57 @@ fn default_rivers_are_as_steep_as_real_ones_and_not_in_balance() {
     }
 }
 
-/// Rock with dipping beds turns slopes across its strike, and makes those with the dip gentler than the scarps.
+/// How much of the slopes of a terrain face across a strike of 60°, within 30°; and the mean slopes of those that fall
+/// against a dip to its right, and of those that fall with it.
+fn grain(land: &Field) -> (f64, [f64; 2]) {
+    let (nx, z, step_m) = (land.window().nx(), land.samples(), 2.0 * land.window().cell_m());
+    // down the dip; x to the east, y to the south
+    let across = [math::cos(60_f64.to_radians()), math::sin(60_f64.to_radians())];
+    let [mut facing, mut sums, mut counts] = [[0.0; 2]; 3];
+    for cell in (nx..z.len() - nx).filter(|cell| (1..nx - 1).contains(&(cell % nx))) {
+        let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / step_m;
+        let slope = math::hypot(rise(1), rise(nx));
+        if slope > 0.1 {
+            let up = (rise(1) * across[0] + rise(nx) * across[1]) / slope;
+            facing[usize::from(up.abs() > 0.866)] += 1.0;
+            if up.abs() > 0.7 {
+                let side = usize::from(up < 0.0);
+                (sums[side], counts[side]) = (sums[side] + slope, counts[side] + 1.0);
+            }
+        }
+    }
+    (facing[1] / (facing[0] + facing[1]), [sums[0] / counts[0], sums[1] / counts[1]])
+}
+
+/// Beds at the surface turn slopes across their strike. Beds at depth make scarps steeper than dip slopes.
 #[test]
-fn beds_give_mountains_a_grain() {
-    let text = "(world: (size: \"24 km\", cells: 240, seed: 3, boundary: inland), nodes: {
+fn beds_give_mountains_a_grain_and_scarps() {
+    let layers =
+        "layers: [(thickness: \"200 m\", hardness: 0.5, repose: 34), (thickness: \"120 m\", hardness: 3, repose: 42)]";
+    let text = format!(
+        "(world: (size: \"24 km\", cells: 240, seed: 3, boundary: inland), nodes: {{
         \"base\": Perlin(wavelength: \"8 km\", amplitude: \"200 m\"),
         \"beds\": Rock(height: \"base\", strike: 60, fold_height: 0, dip: 20, beds: 1, broken: 0),
         \"even\": Rock(height: \"base\", strike: 60, beds: 0, broken: 0),
+        \"right\": Stratify(height: \"base\", strike: 60, dip: 20, {layers}),
+        \"left\": Stratify(height: \"base\", strike: 60, dip: -20, {layers}),
         \"grained\": StreamPower(version: 20, height: \"base\", reference_rate: \"beds.rate\", repose: \"beds.repose\",
             variation: 0, repose_variation: 0),
         \"plain\": StreamPower(version: 20, height: \"base\", reference_rate: \"even.rate\", repose: \"even.repose\",
             variation: 0, repose_variation: 0),
-    }, outputs: { \"grained\": \"grained\", \"plain\": \"plain\" })";
-    let document = Document::parse(text, &registry());
-    let lands = relief::built_outputs(&document, &folder(), 240, ["grained", "plain"]).expect("two rasters");
-    let [grained, plain] = lands.map(|land| {
-        let (nx, z) = (land.window().nx(), land.samples().to_vec());
-        // the unit vector across a strike of 60° east of north, down the dip; x to the east, y to the south
-        let across = [math::cos(60_f64.to_radians()), math::sin(60_f64.to_radians())];
-        let [mut facing, mut steep, mut sums] = [0.0, 0.0, 0.0].map(|zero: f64| [zero; 2]);
-        for cell in (nx..z.len() - nx).filter(|cell| (1..nx - 1).contains(&(cell % nx))) {
-            let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / (2.0 * land.window().cell_m());
-            let (x, y) = (rise(1), rise(nx));
-            let slope = math::hypot(x, y);
-            if slope > 0.1 {
-                let up = (x * across[0] + y * across[1]) / slope;
-                facing[usize::from(up.abs() > 0.866)] += 1.0;
-                // up against the direction of the dip on dip slopes, which fall with the beds
-                if up.abs() > 0.7 {
-                    let side = usize::from(up > 0.0);
-                    (steep[side], sums[side]) = (steep[side] + slope, sums[side] + 1.0);
-                }
-            }
-        }
-        (facing[1] / (facing[0] + facing[1]), [steep[0] / sums[0], steep[1] / sums[1]])
-    });
-    println!(
-        "slopes within 30 degrees of across the strike, and mean slopes of both sides: {grained:?}, plain {plain:?}"
+        \"to_right\": StreamPower(version: 20, height: \"base\", strata: \"right.strata\"),
+        \"to_left\": StreamPower(version: 20, height: \"base\", strata: \"left.strata\"),
+    }}, outputs: {{ \"grained\": \"grained\", \"plain\": \"plain\", \"right\": \"to_right\", \"left\": \"to_left\" }})"
     );
+    let document = Document::parse(text, &registry());
+    let lands = relief::built_outputs(&document, &folder(), 240, ["grained", "plain", "right", "left"]);
+    let [grained, plain, right, left] = lands.expect("four rasters").map(|land| grain(&land));
+    println!("across the strike: {:.2} with beds, {:.2} without; dips {right:.3?}, {left:.3?}", grained.0, plain.0);
     // a third if slopes faced all ways alike
-    assert!(grained.0 > plain.0 + 0.1, "{} {}", grained.0, plain.0);
-    let ratio = |[a, b]: [f64; 2]| f64::max(a, b) / f64::min(a, b);
-    assert!(ratio(grained.1) > 1.05 && ratio(grained.1) > ratio(plain.1), "{:?} {:?}", grained.1, plain.1);
+    assert!(grained.0 > 0.55 && plain.0 < 0.45, "{} {}", grained.0, plain.0);
+    let ratio = |scarps: f64, dip_slopes: f64| scarps / dip_slopes;
+    let ratios = [ratio(right.1[0], right.1[1]), ratio(left.1[1], left.1[0])];
+    assert!(ratios.iter().all(|ratio| *ratio > 1.1), "{ratios:?}");
 }
 
 /// Measures of drainage and of small forms, and the windows of real mountains.

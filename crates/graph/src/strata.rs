@@ -24,6 +24,9 @@ impl Column {
         if layers.is_empty() || !top_m.is_finite() || !(0.0..=1.0).contains(cosine) {
             return Some("returned strata without layers or with a number that is not finite".to_owned());
         }
+        if layers.len() > Layer::MOST {
+            return Some(format!("returned strata with more than {} layers", Layer::MOST));
+        }
         let within = |value: f64, [low, high]: [f64; 2]| value >= low && value <= high;
         let is_rock = |layer: &Layer| {
             layer.thickness > 0.0

@@ -1,5 +1,7 @@
 //! Pictures for viewing: linear RGB, three planes.
 
+use std::borrow::Cow;
+
 use clap::ValueEnum;
 use orograph_graph::{Field, PortType, Unit, Window, World};
 use orograph_nodes::{
@@ -78,17 +80,33 @@ fn shared(light: hillshade::Params, other: &Field) -> hillshade::Params {
 pub struct Around<'a> {
     /// The whole output, which gives the range of the tints.
     pub whole: &'a Field,
-    /// Heights that share their tints with those that are shown, or on whose hillshade a mask or numbers lie.
-    pub beside: Option<&'a Field>,
+    /// What shares its tints or lies below.
+    pub beside: Beside<'a>,
     /// The depth of the water on heights, in metres.
     pub water: Option<&'a Field>,
+}
+
+/// Heights beside or below what a picture shows.
+#[derive(Clone, Copy, Debug)]
+pub enum Beside<'a> {
+    /// None.
+    Nothing,
+    /// Heights that share their tints with those that are shown.
+    Compared(&'a Field),
+    /// The terrain below a mask or numbers, on any cells, and the whole terrain, which the light fits.
+    Ground {
+        /// The part that is shown, or all of it.
+        part: &'a Field,
+        /// All of it.
+        whole: &'a Field,
+    },
 }
 
 impl<'a> Around<'a> {
     /// Nothing but the whole output.
     #[must_use]
     pub const fn whole(whole: &'a Field) -> Self {
-        Self { whole, beside: None, water: None }
+        Self { whole, beside: Beside::Nothing, water: None }
     }
 }
 
@@ -98,45 +116,99 @@ impl<'a> Around<'a> {
 #[must_use]
 pub fn of_part(part: &Field, ty: PortType, around: Around<'_>) -> Field {
     let Around { whole, beside, water } = around;
-    let ground = beside.filter(|ground| ground.window() == part.window());
     match ty {
         PortType::Height => {
-            let light = beside.into_iter().fold(hillshade::Params::fitted(whole), shared);
+            let light = hillshade::Params::fitted(whole);
+            let light = if let Beside::Compared(other) = beside { shared(light, other) } else { light };
             let [_, colour] = hillshade::relief(part, &light);
-            match water.filter(|water| water.window() == part.window()) {
-                Some(water) => flooded(&colour, water),
+            match water {
+                Some(water) => flooded(&colour, &on_cells(water, part.window())),
                 None => colour,
             }
         }
-        PortType::Mask => match ground {
-            Some(ground) => over(part, ground),
-            None => grey(part, &Scale::linear(whole)),
+        PortType::Mask => match beside {
+            Beside::Ground { part: ground, whole } => reddened(part, &light_on(ground, whole, part.window())),
+            _ => grey(part, &Scale::linear(whole)),
         },
         PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
         PortType::Scalar(_) => {
             let colours = coloured(part, &Scale::of(whole, ty));
-            match ground {
-                Some(ground) => lit(&colours, ground),
-                None => colours,
+            match beside {
+                Beside::Ground { part: ground, whole } => {
+                    let level = Field::constant(Window::whole(World { cells: [3, 3], ..World::default() }), 0.0);
+                    let level = light_on(&level, whole, level.window())[4];
+                    lit(&colours, &light_on(ground, whole, part.window()), level)
+                }
+                _ => colours,
             }
         }
         _ => grey(part, &Scale::linear(whole)),
     }
 }
 
-/// Colours in the light on the ground below them. The least light is a quarter of the most, so that they can still be
-/// read off a legend.
-fn lit(colours: &Field, ground: &Field) -> Field {
+/// A raster on the cells of a window: as it is, or between its own.
+fn on_cells<'a>(field: &'a Field, window: &Window) -> Cow<'a, Field> {
+    if field.window() == window {
+        return Cow::Borrowed(field);
+    }
+    let (own, samples) = (field.window(), field.plane(0));
+    // the number of a cell in the rasters of both worlds, as a real number
+    let along = |axis: usize, n: usize, count: usize| -> Vec<(usize, f32)> {
+        let [from, to] =
+            [window, own].map(|of| (of.world.size[axis] / f64::from(of.world.cells[axis]), of.origin[axis]));
+        (0..n)
+            .map(|cell| {
+                let metres = (cell as f64 + f64::from(from.1) + 0.5) * from.0;
+                let at = (metres / to.0 - f64::from(to.1) - 0.5).clamp(0.0, (count - 1) as f64);
+                let first = (at as usize).min(count.saturating_sub(2));
+                (first, (at - first as f64) as f32)
+            })
+            .collect()
+    };
+    let (nx, ny) = (own.nx(), own.ny());
+    let (columns, rows) = (along(0, window.nx(), nx), along(1, window.ny(), ny));
+    let between = |(a, b): (f32, f32), share: f32| a + (b - a) * share;
+    let value = |&(x, u): &(usize, f32), &(y, v): &(usize, f32)| {
+        let row = |y: usize| between((samples[y * nx + x], samples[y * nx + (x + 1).min(nx - 1)]), u);
+        between((row(y), row((y + 1).min(ny - 1))), v)
+    };
+    let value = &value;
+    let samples = rows.par_iter().flat_map(|row| columns.par_iter().map(move |column| value(column, row))).collect();
+    Cow::Owned(Field::new(*window, samples))
+}
+
+/// The light on a terrain, in the cells of a window, between 0 and 1.
+fn light_on(ground: &Field, whole: &Field, window: &Window) -> Vec<f32> {
+    let [shade, _] = hillshade::relief(&on_cells(ground, window), &hillshade::Params::fitted(whole));
+    shade.plane(0).par_iter().map(|shade| light_of(*shade)).collect()
+}
+
+/// Colours in the light on the terrain below them. On level ground, whose light is `level`, they are those of a legend;
+/// in the darkest place a quarter of them is left.
+fn lit(colours: &Field, light: &[f32], level: f32) -> Field {
     const LEAST: f32 = 0.25;
-    let [shade, _] = hillshade::relief(ground, &hillshade::Params::fitted(ground));
-    let shade = shade.plane(0);
-    let brightest = light_of(shade.iter().copied().fold(f32::MIN_POSITIVE, f32::max));
+    const MOST: f32 = 1.3;
     let plane = |plane: usize| {
-        colours.plane(plane).iter().zip(shade).map(move |(colour, shade)| {
-            colour * (LEAST + (1.0 - LEAST) * (light_of(*shade) / brightest).clamp(0.0, 1.0))
+        let lit = move |(colour, light): (&f32, &f32)| {
+            (colour * (LEAST + (1.0 - LEAST) * (light / level).min(MOST))).min(1.0)
+        };
+        colours.plane(plane).par_iter().zip(light).map(lit)
+    };
+    Field::with_planes(*colours.window(), 3, (0..3).into_par_iter().flat_map(plane).collect())
+}
+
+/// A mask in red over the light on the terrain below it.
+fn reddened(mask: &Field, light: &[f32]) -> Field {
+    /// In linear RGB.
+    const RED: [f32; 3] = [0.8, 0.08, 0.04];
+    const COVER: f32 = 0.7;
+    let plane = |red: f32| {
+        mask.plane(0).par_iter().zip(light).map(move |(mask, light)| {
+            let cover = COVER * mask.clamp(0.0, 1.0);
+            light + (red * (0.3 + 0.7 * light) - light) * cover
         })
     };
-    Field::with_planes(*colours.window(), 3, (0..3).flat_map(plane).collect())
+    Field::with_planes(*mask.window(), 3, RED.into_par_iter().flat_map(plane).collect())
 }
 
 /// Water over colours: the deeper, the less of the ground is seen.
@@ -156,22 +228,6 @@ fn flooded(colours: &Field, depths: &Field) -> Field {
         colours.plane(plane).iter().zip(&covers).map(move |(colour, cover)| colour + (water - colour) * cover)
     };
     Field::with_planes(*colours.window(), 3, WATER.into_iter().enumerate().flat_map(plane).collect())
-}
-
-/// A mask in red over the hillshade of the ground below it.
-fn over(mask: &Field, ground: &Field) -> Field {
-    /// In linear RGB.
-    const RED: [f32; 3] = [0.8, 0.08, 0.04];
-    const COVER: f32 = 0.7;
-    let [shade, _] = hillshade::relief(ground, &hillshade::Params::fitted(ground));
-    let shade = shade.plane(0);
-    let plane = |red: f32| {
-        mask.plane(0).iter().zip(shade).map(move |(&mask, &shade)| {
-            let (cover, grey) = (COVER * mask.clamp(0.0, 1.0), light_of(shade));
-            grey + (red * (0.3 + 0.7 * shade) - grey) * cover
-        })
-    };
-    Field::with_planes(*mask.window(), 3, RED.into_iter().flat_map(plane).collect())
 }
 
 /// The palette of numbers in the viewport.
@@ -487,7 +543,8 @@ mod tests {
         // a ridge along the middle column: its western side faces the light
         let ridge: Vec<f32> = (0..48).map(|cell| 40.0 - 8.0 * ((cell % 8) as f32 - 3.5).abs()).collect();
         let ground = Field::new(window, ridge);
-        let around = |water| Around { whole: &ground, beside: Some(&ground), water };
+        let below = Beside::Ground { part: &ground, whole: &ground };
+        let around = |water| Around { whole: &ground, beside: below, water };
         let even = Field::constant(window, 0.5);
         let sum = |picture: &Field, cell: usize| (0..3).map(|plane| picture.plane(plane)[cell]).sum::<f32>();
         let numbers = of_part(&even, PortType::Scalar(Unit::Metres), Around { whole: &even, ..around(None) });

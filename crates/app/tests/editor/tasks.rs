@@ -1,5 +1,6 @@
-//! Three tasks from the manual alone, from the welcome page to the result, with the clicks and keys that each takes. The
-//! table in `docs/checks.md` compares them with those of an earlier window.
+//! Three tasks from the manual alone, with the clicks and keys that each takes.
+//!
+//! They begin at the welcome page. The table in `docs/checks.md` compares them with those of an earlier window.
 
 use egui::{Key, Modifiers, Pos2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};

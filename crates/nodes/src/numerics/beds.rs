@@ -109,6 +109,12 @@ impl Beds {
         parts.map(|((base, top), weakness)| (base - top) * weakness).sum::<f64>() / self.bases[self.bases.len() - 1]
     }
 
+    /// The cosine of the dip: how much higher in the column a metre higher in the ground is.
+    #[must_use]
+    pub const fn cosine(&self) -> f64 {
+        self.cosine
+    }
+
     /// The layer at a stratigraphic height. A contact belongs to the layer below it.
     #[must_use]
     #[inline]
@@ -162,7 +168,9 @@ impl Beds {
     }
 }
 
-/// The largest whole number below or at `value`, which is below 2⁶³: `f64::floor` is a call on machines without SSE 4.1.
+/// The largest whole number below or at `value`, which is less than 2⁶³ in magnitude.
+///
+/// `f64::floor` is a function call where kernels are compiled for machines without SSE 4.1.
 #[inline(always)]
 fn floor(value: f64) -> f64 {
     let whole = value as i64 as f64;

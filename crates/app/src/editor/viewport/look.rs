@@ -1,4 +1,4 @@
-//! The look of the 3D view: light, haze, colours, water.
+//! The look of the viewport: light, haze, colours, and water, which the map has too.
 
 use orograph_graph::{PortType, Unit};
 

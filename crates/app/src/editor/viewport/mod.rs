@@ -19,6 +19,7 @@ mod scale;
 mod shown;
 mod split;
 mod surface;
+mod surroundings;
 mod tool_bar;
 mod views;
 
@@ -39,10 +40,11 @@ use self::{
     legend::Legend,
     look::Look,
     map::{Map, Marks},
-    painter::{Painter, Surroundings},
+    painter::Painter,
     profile::Profile,
     shown::{Shown, counterpart, finer, measured, ports, shown},
     surface::{Parts, Surface},
+    surroundings::Surroundings,
     tool_bar::ToolBar,
     views::{Chosen, Views},
 };
@@ -293,16 +295,17 @@ impl Viewport {
                 let painters = [&mut self.painter, &mut self.other].into_iter().zip(&mut self.finer).zip(&mut parts);
                 for (side, ((painter, of_part), part)) in painters.take(shown.len()).enumerate() {
                     painter.want(ui.ctx(), shown[side], &around[side], self.contours);
-                    if let Some(near) = near[side].as_ref().filter(|near| near.fresh)
-                        && let Some(around) = around[side].finer(session)
-                    {
-                        of_part.want_part(ui.ctx(), near, (shown[side], &around), self.contours);
+                    let finer = around[side].finer(session);
+                    if let Some(near) = near[side].as_ref().filter(|near| near.fresh) {
+                        of_part.want_part(ui.ctx(), near, (shown[side], &finer), self.contours);
                     }
-                    let picture = of_part.part(&shown[side].port, shown[side].revision);
+                    let picture = of_part.part_in(shown[side], &finer);
                     *part = map::Finer { shown: near[side].as_ref(), picture };
                 }
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
-                let drawn = shown.iter().zip(&around).map(|(shown, around)| around.names(shown)).collect();
+                // each on its own: if one needs the whole world, the others have finer parts
+                let below = around.iter().flat_map(Surroundings::names).map(|port| vec![port]);
+                let drawn = shown.iter().map(|shown| vec![shown.port.clone()]).chain(below).collect();
                 let mut over = |ui: &egui::Ui, on: (&egui::Response, &egui::Painter), projection: &Projection<'_>| {
                     ended = handles && draw.ui(ui, on, projection, session, drawing);
                     layers::show(ui, on, projection, session, first);
@@ -387,6 +390,8 @@ impl Viewport {
                 Status::can(session.shown().is_some() && !terrain.is_some_and(Landscape::is_flying))
             }
             Action::Sea if session.document().world().sea_level.is_none() => Status::switch(false, false),
+            // the map has water too
+            Action::Water => Status::switch(session.shown().is_some(), self.look.switched(action).unwrap_or(false)),
             _ => self.look.switched(action).map_or(Status::can(session.shown().is_some()), in_3d),
         }
     }

@@ -8,66 +8,10 @@ use orograph_nodes::raster::srgb_bytes;
 
 use super::{
     Shown,
-    look::Look,
     scale::contour_step,
-    shown::{finer, shown},
-    surface::Parts,
+    surroundings::{Age, Surroundings},
 };
-use crate::{editor::Session, export::picture};
-
-/// What a picture on the map depends on besides the output that it shows.
-#[derive(Clone, Default)]
-pub(super) struct Surroundings {
-    /// For heights, those on the other side of a comparison, which share the tints; for a mask and for numbers, the
-    /// terrain that they lie on.
-    beside: Option<Shown>,
-    is_compared: bool,
-    /// The depth of the water on heights.
-    water: Option<Shown>,
-}
-
-impl Surroundings {
-    /// What belongs to an output on the map with these settings; `other` is what it is compared with.
-    pub(super) fn of(session: &Session, look: &Look, shown: &Shown, other: Option<&Shown>) -> Self {
-        let is_alike = |field: &Shown| field.field.window() == shown.field.window();
-        match shown.ty {
-            PortType::Height => Self {
-                beside: other.filter(|other| other.ty == PortType::Height).cloned(),
-                is_compared: true,
-                water: Parts::water_of(session, shown.name(), look)
-                    .and_then(|water| self::shown(session, &water))
-                    .filter(is_alike),
-            },
-            PortType::Mask | PortType::Scalar(_) => {
-                let ground = Parts::ground_of(session, &shown.port).and_then(|ground| self::shown(session, &ground));
-                Self { beside: ground.filter(is_alike), ..Self::default() }
-            }
-            _ => Self::default(),
-        }
-    }
-
-    /// The same with finer parts. Returns None if one of them is not built.
-    pub(super) fn finer(&self, session: &Session) -> Option<Self> {
-        let part = |whole: &Option<Shown>| match whole {
-            Some(whole) => finer(session, whole).map(Some),
-            None => Some(None),
-        };
-        // heights beside others in a comparison only give the range of the tints
-        let beside = if self.is_compared { Some(self.beside.clone()) } else { part(&self.beside) };
-        Some(Self { beside: beside?, water: part(&self.water)?, ..*self })
-    }
-
-    /// The outputs that a picture of `shown` is made of.
-    pub(super) fn names(&self, shown: &Shown) -> Vec<String> {
-        let under = self.beside.as_ref().filter(|_| !self.is_compared);
-        std::iter::once(shown).chain(under).chain(&self.water).map(|part| part.port.clone()).collect()
-    }
-
-    /// The port, revision and step of each.
-    fn ages(&self) -> [Option<(String, u64, u64)>; 2] {
-        [&self.beside, &self.water].map(|part| part.as_ref().map(|part| (part.port.clone(), part.revision, part.step)))
-    }
-}
+use crate::export::picture;
 
 /// The content of a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,7 +24,7 @@ struct Key {
     /// Cells of the whole output, which gives the range of the tints.
     whole: [u32; 2],
     /// What else the picture depends on.
-    around: [Option<(String, u64, u64)>; 2],
+    around: [Option<Age>; 2],
 }
 
 impl Key {
@@ -153,16 +97,14 @@ impl Painter {
         }
         let (outbox, inbox) = channel();
         let (context, field, whole, ty) = (context.clone(), shown.field.clone(), whole.cloned(), shown.ty);
-        let [beside, water] = [&around.beside, &around.water].map(|part| part.as_ref().map(|part| part.field.clone()));
+        let around = around.clone();
         let contours = key.contours;
         let most = context.input(|input| input.max_texture_side) as u32;
         rayon::spawn(move || {
             let field = picture::shrunk(&field, most);
             let whole = whole.map_or_else(|| field.clone(), |whole| picture::shrunk(&whole, most));
-            let [beside, water] = [beside, water].map(|part| part.map(|part| picture::shrunk(&part, most)));
-            let around = picture::Around { whole: &whole, beside: beside.as_ref(), water: water.as_ref() };
             // Ignored: the receiver is gone once the window is closed.
-            let _ = outbox.send(image(&field, around, ty, contours));
+            let _ = outbox.send(image(&field, around.fields(&whole), ty, contours));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
@@ -179,6 +121,12 @@ impl Painter {
     pub(super) fn part(&self, port: &str, revision: u64) -> Option<(&TextureHandle, &Window)> {
         let (key, texture) = self.texture.as_ref()?;
         (key.port == port && key.revision == revision).then_some((texture, &key.window))
+    }
+
+    /// As [`Self::part`], if the picture also has these surroundings.
+    pub(super) fn part_in(&self, shown: &Shown, around: &Surroundings) -> Option<(&TextureHandle, &Window)> {
+        let is_present = self.texture.as_ref().is_some_and(|(key, _)| key.around == around.ages());
+        self.part(&shown.port, shown.revision).filter(|_| is_present)
     }
 
     /// The newest picture.

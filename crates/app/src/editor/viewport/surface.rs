@@ -87,7 +87,10 @@ impl Parts {
     /// The heights on which lines, a mask or numbers lie.
     pub(super) fn ground_of(session: &Session, port: &str) -> Option<String> {
         let graph = session.document().graph();
-        let shown = graph.port(port).ok()?;
+        let Ok(shown) = graph.port(port) else {
+            let Self { ground, over, .. } = Self::of_snapshot(session, port);
+            return ground.filter(|_| over.is_some());
+        };
         let lies = matches!(graph.output_type(shown), PortType::Lines | PortType::Mask | PortType::Scalar(_));
         let ground = lies.then(|| session.ground_of(shown)).flatten()?;
         Some(graph.port_name(ground))

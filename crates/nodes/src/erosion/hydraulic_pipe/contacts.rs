@@ -1,13 +1,16 @@
-//! The hardness of the rock below each cell of a band, looked up again only where the surface of the rock has come near
-//! the top or the base of its layer.
+//! The hardness of the rock below each cell of a band.
+//!
+//! It is looked up again only where the surface of the rock has come near the top or the base of its layer.
 
 use crate::numerics::beds::Ground;
 
 /// Cells that are checked together.
 const CHUNK: usize = 64;
-/// A layer is trusted no nearer to its top and base than this, in metres, and this fraction of their elevation: more than
-/// their rounding.
-const MARGIN: [f64; 2] = [0.01, 1e-6];
+/// No layer is trusted so near to its top and base, in metres, and in parts of their elevation: more than their rounding.
+const MARGIN_M: f64 = 0.01;
+const MARGIN: f64 = 1e-6;
+/// The least cosine of the dip at which layers are trusted: elevations of contacts of steeper ones are too inexact.
+const LEAST_COSINE: f64 = 1e-6;
 
 /// What the last lookup of each cell found.
 #[derive(Debug)]
@@ -54,11 +57,14 @@ impl Contacts {
                     continue;
                 }
                 let found = ground.at(first + i, f64::from(rock));
-                let margin = |elevation_m: f64| MARGIN[0] + MARGIN[1] * elevation_m.abs();
+                *weakness = ground.beds.weakness[found.layer] as f32;
+                if ground.beds.cosine() < LEAST_COSINE {
+                    continue;
+                }
+                let margin = |elevation_m: f64| MARGIN_M + MARGIN * elevation_m.abs();
                 let (base_m, top_m) = (ground.base_m(first + i, found), ground.top_m(first + i, found));
                 *low = if base_m.is_finite() { (base_m + margin(base_m)) as f32 } else { base_m as f32 };
                 *high = if top_m.is_finite() { (top_m - margin(top_m)) as f32 } else { top_m as f32 };
-                *weakness = ground.beds.weakness[found.layer] as f32;
             }
         }
         &self.weakness[cells]
@@ -104,7 +110,11 @@ mod tests {
             };
             let layers: Vec<Layer> = (0..12).map(|k| layer(k, random())).collect();
             let beds = Beds::of_rock(&Column { layers, top_m: 100.0, repeats, cosine });
-            let offset: Vec<f32> = (0..nx * rows).map(|_| (40.0 * random() - 20.0) as f32).collect();
+            // contacts lie at the first of every ten cells, whatever the dip
+            let contact = beds.at(60.0).base_m;
+            let place =
+                |cell: usize, random: f64| if cell % 10 == 0 { -contact as f32 } else { (40.0 * random - 20.0) as f32 };
+            let offset: Vec<f32> = (0..nx * rows).map(|cell| place(cell, random())).collect();
             let ground = Ground { beds: &beds, offset: &offset };
             let mut contacts = Contacts::new(nx, rows);
             let mut bed: Vec<f32> = (0..nx).map(|_| (200.0 * random() - 50.0) as f32).collect();

@@ -166,8 +166,9 @@ pub static NODE: Node = Node {
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     let spreads = params.law != Law::WebglErosion && params.width > 0.0;
-    // the state of the storm, and what is spread; rows in progress, for one thread
-    sizing.cells(if spreads { 46.0 } else { 36.0 }) + 6600 * sizing.window.nx() as u64
+    // the state of the storm, what is spread, and the layer of each cell; rows in progress, for one thread
+    let layers = if sizing.is_wired(Inputs::PORTS, "strata") { 12.0 } else { 0.0 };
+    sizing.cells(if spreads { 46.0 } else { 36.0 } + layers) + 6600 * sizing.window.nx() as u64
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

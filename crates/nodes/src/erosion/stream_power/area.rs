@@ -255,8 +255,9 @@ impl<'a> Area<'a> {
         Self { drained: Drained::Cells(cells), ..self }
     }
 
-    /// Overrides of the drainage area in m², at first 0: they apply where they are larger than the cell's own area. Many
-    /// cells will be given one of the areas `frequent_m2`, whose power is computed beforehand.
+    /// Overrides of the drainage area in m², at first 0: they apply where they are larger than the cell's own area.
+    ///
+    /// Many cells will be given one of the areas `frequent_m2`, whose power is computed beforehand.
     pub fn widened(&mut self, law: &Law, frequent_m2: [f64; 2]) -> &mut [f32] {
         self.frequent = frequent_m2.map(|area_m2| {
             let area_m2 = area_m2 as f32;

@@ -281,7 +281,7 @@ pub static NODE: Node = Node {
         },
         // without a wire to `uplift`, ground rises; before, rivers wore all of it down
         Migration { from: 18, steps: &[Step::Keep { name: "uplift", value: "0" }] },
-        // rivers that drain 1 km² as steep as real ones
+        // rivers that drain 1 km² as steep as real ones; where sediment settles on layers, the last bits differ
         Migration { from: 19, steps: &[Step::Keep { name: "uplift", value: "5e-4" }] },
     ],
     category: "erosion",
