@@ -112,8 +112,9 @@ mod tests {
             let beds = Beds::of_rock(&Column { layers, top_m: 100.0, repeats, cosine });
             // contacts lie at the first of every ten cells, whatever the dip
             let contact = beds.at(60.0).base_m;
-            let place =
-                |cell: usize, random: f64| if cell % 10 == 0 { -contact as f32 } else { (40.0 * random - 20.0) as f32 };
+            let place = |cell: usize, random: f64| {
+                if cell.is_multiple_of(10) { -contact as f32 } else { (40.0 * random - 20.0) as f32 }
+            };
             let offset: Vec<f32> = (0..nx * rows).map(|cell| place(cell, random())).collect();
             let ground = Ground { beds: &beds, offset: &offset };
             let mut contacts = Contacts::new(nx, rows);
