@@ -334,9 +334,12 @@ simd! {
         let cells = tangents.len();
         let there = there.map(|pair| pair.map(|row| &row[..cells]));
         for (i, (tangent, &here)) in tangents.iter_mut().zip(&here[..cells]).enumerate() {
+            // in a register: as the tangent itself, it would be stored for each sample
+            let mut highest = *tangent;
             for k in 0..TOGETHER {
-                *tangent = raised(*tangent, here, [there[k][0][i], there[k][1][i]], share[k], per_m[k]);
+                highest = raised(highest, here, [there[k][0][i], there[k][1][i]], share[k], per_m[k]);
             }
+            *tangent = highest;
         }
     }
 }
