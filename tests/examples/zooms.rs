@@ -12,7 +12,7 @@ use orograph_tests::relief::{built, shade};
 /// Side of a cell in metres.
 const CELL_M: f64 = 80.0;
 /// Side of a picture, and gaps between pictures and between groups, in pixels.
-const SIDE: u32 = 150;
+const SIDE: u32 = 128;
 const GAPS: [u32; 2] = [3, 12];
 /// The largest extent in cells.
 const MOST_CELLS: u32 = 300;

@@ -64,24 +64,46 @@ fn land(graph: &str, cells: u32) -> Field {
     relief::built(&document, &folder(), cells).expect("the land")
 }
 
-/// The fraction of nearly level ground, below 2°, where a node of noise is wired to `StreamPower`, all at their defaults.
-fn level_ground(noise: &str, uplift: &str) -> f64 {
+/// A node of noise wired to `StreamPower`, all at their defaults but for `changes`.
+fn on_noise(noise: &str, changes: &str) -> Document {
     let registry = registry();
     let node = |id: &str, arguments: &str| registry.get(id).expect("a node").written(arguments);
     let text = format!(
-        "(world: (size: \"16 km\", cells: 200, seed: 3, boundary: inland), nodes: {{ \"base\": {}, \"rivers\": {} }}, \
-         outputs: {{ \"height\": \"rivers\" }})",
+        "(world: (size: \"16 km\", cells: 320, seed: 3, boundary: inland), nodes: {{ \"base\": {}, \"rivers\": {} }}, \
+         outputs: {{ \"height\": \"rivers\", \"area\": \"rivers.area\", \"rate\": \"rivers.erosion_rate\" }})",
         node(noise, ""),
-        node("StreamPower", &format!("height: \"base\"{uplift}")),
+        node("StreamPower", &format!("height: \"base\"{changes}")),
     );
-    let land = relief::built(&Document::parse(text, &registry), &folder(), 200).expect("the land");
-    let (nx, z, step_m) = (200, land.samples(), 2.0 * land.window().cell_m());
-    let slope = |cell: usize| {
-        let along = |by: usize| (f64::from(z[cell + by]) - f64::from(z[cell - by])) / step_m;
-        math::hypot(along(1), along(nx))
-    };
-    let inner: Vec<usize> = (nx..nx * (nx - 1)).filter(|cell| (1..nx - 1).contains(&(cell % nx))).collect();
-    inner.iter().filter(|cell| slope(**cell) < 0.035).count() as f64 / inner.len() as f64
+    Document::parse(text, &registry)
+}
+
+/// The cells of a terrain that are on no side of it.
+fn inner(land: &Field) -> impl Iterator<Item = usize> + use<> {
+    let (nx, ny) = (land.window().nx(), land.window().ny());
+    (nx..nx * (ny - 1)).filter(move |cell| (1..nx - 1).contains(&(cell % nx)))
+}
+
+/// The gradient of an inner cell, to the east and to the south.
+fn gradient(land: &Field, cell: usize) -> [f64; 2] {
+    let (z, step_m) = (land.samples(), 2.0 * land.window().cell_m());
+    [1, land.window().nx()].map(|by| (f64::from(z[cell + by]) - f64::from(z[cell - by])) / step_m)
+}
+
+fn slope(land: &Field, cell: usize) -> f64 {
+    let [east, south] = gradient(land, cell);
+    math::hypot(east, south)
+}
+
+/// The median; 0 of no numbers.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The fraction of nearly level ground, below 2°, where a node of noise is wired to `StreamPower`.
+fn level_ground(noise: &str, changes: &str) -> f64 {
+    let land = relief::built(&on_noise(noise, changes), &folder(), 200).expect("the land");
+    inner(&land).filter(|cell| slope(&land, *cell) < 0.035).count() as f64 / inner(&land).count() as f64
 }
 
 /// Without an uplift, half of the terrain and more becomes a plain in the same time.
@@ -92,20 +114,6 @@ fn noise_becomes_mountains_at_the_defaults() {
         println!("{noise}: {rising:.3} of the ground is level, {worn:.3} without uplift");
         assert!(rising < 0.2 && worn > 2.0 * rising, "{noise}: {rising} {worn}");
     }
-}
-
-/// Heights, drainage areas and rates of erosion of a noise wired to `StreamPower`, with their defaults, in cells of 50 m.
-fn defaults(noise: &str) -> [Field; 3] {
-    let registry = registry();
-    let node = |id: &str, arguments: &str| registry.get(id).expect("a node").written(arguments);
-    let text = format!(
-        "(world: (size: \"16 km\", cells: 320, seed: 3, boundary: inland), nodes: {{ \"base\": {}, \"rivers\": {} }}, \
-         outputs: {{ \"height\": \"rivers\", \"area\": \"rivers.area\", \"rate\": \"rivers.erosion_rate\" }})",
-        node(noise, ""),
-        node("StreamPower", "height: \"base\""),
-    );
-    let document = Document::parse(text, &registry);
-    relief::built_outputs(&document, &folder(), 320, ["height", "area", "rate"]).expect("three rasters")
 }
 
 /// The mean slope of the next eight cells along the steepest descent, from each cell that drains 0.8 to 1.25 km².
@@ -136,10 +144,10 @@ fn channel_slopes(height: &Field, area: &Field) -> Vec<f64> {
 #[test]
 fn default_rivers_are_as_steep_as_real_ones_and_not_in_balance() {
     for noise in ["Perlin", "Ridged", "Noise"] {
-        let [height, area, rate] = defaults(noise);
-        let mut slopes = channel_slopes(&height, &area);
-        slopes.sort_unstable_by(f64::total_cmp);
-        let slope = slopes[slopes.len() / 2];
+        let outputs = ["height", "area", "rate"];
+        let rasters = relief::built_outputs(&on_noise(noise, ""), &folder(), 320, outputs);
+        let [height, area, rate] = rasters.expect("three rasters");
+        let slope = median(channel_slopes(&height, &area));
         // the uplift is 1 mm/yr
         let off = rate.samples().iter().filter(|rate| (**rate / 1e-3 - 1.0).abs() > 0.2).count();
         let off = off as f64 / rate.samples().len() as f64;
@@ -152,15 +160,13 @@ fn default_rivers_are_as_steep_as_real_ones_and_not_in_balance() {
 /// How much of the slopes of a terrain face across a strike of 60°, within 30°; and the mean slopes of those that fall
 /// against a dip to its right, and of those that fall with it.
 fn grain(land: &Field) -> (f64, [f64; 2]) {
-    let (nx, z, step_m) = (land.window().nx(), land.samples(), 2.0 * land.window().cell_m());
     // down the dip; x to the east, y to the south
     let across = [math::cos(60_f64.to_radians()), math::sin(60_f64.to_radians())];
     let [mut facing, mut sums, mut counts] = [[0.0; 2]; 3];
-    for cell in (nx..z.len() - nx).filter(|cell| (1..nx - 1).contains(&(cell % nx))) {
-        let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / step_m;
-        let slope = math::hypot(rise(1), rise(nx));
+    for cell in inner(land) {
+        let ([east, south], slope) = (gradient(land, cell), slope(land, cell));
         if slope > 0.1 {
-            let up = (rise(1) * across[0] + rise(nx) * across[1]) / slope;
+            let up = (east * across[0] + south * across[1]) / slope;
             facing[usize::from(up.abs() > 0.866)] += 1.0;
             if up.abs() > 0.7 {
                 let side = usize::from(up < 0.0);
@@ -252,19 +258,13 @@ fn erosion_keeps_the_slopes_of_a_real_model() {
 
 /// The median slope of cells by the area that they drain, in quarters of a power of ten from 10^3.75 m².
 fn slopes_by_area(height: &Field, area: &Field) -> Vec<f64> {
-    let (nx, z, step_m) = (height.window().nx(), height.samples(), 2.0 * height.window().cell_m());
     let mut bins = vec![Vec::new(); 12];
-    for cell in (nx..z.len() - nx).filter(|cell| (1..nx - 1).contains(&(cell % nx))) {
-        let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / step_m;
+    for cell in inner(height) {
         let bin = (math::ln(f64::from(area.samples()[cell])) / std::f64::consts::LN_10 - 3.75) * 4.0;
         if let Some(bin) = bins.get_mut(bin.max(0.0) as usize) {
-            bin.push(math::hypot(rise(1), rise(nx)));
+            bin.push(slope(height, cell));
         }
     }
-    let median = |mut slopes: Vec<f64>| {
-        slopes.sort_unstable_by(f64::total_cmp);
-        slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
-    };
     bins.into_iter().map(median).collect()
 }
 
@@ -358,15 +358,9 @@ fn the_canyon_has_aprons_of_debris() {
     let document = Document::load(folder().join("canyon.ron"), &registry()).expect("a graph file");
     let [land, debris] =
         relief::built_outputs(&document, &folder(), 512, ["height", "debris"]).expect("both are built");
-    let (nx, z, step_m) = (512, land.samples(), 2.0 * land.window().cell_m());
-    let slope = |cell: usize| {
-        let rise = |by: usize| f64::from(z[cell + by] - z[cell - by]) / step_m;
-        math::atan(math::hypot(rise(1), rise(nx))).to_degrees()
-    };
-    let inner = (nx..nx * (nx - 1)).filter(|cell| (1..nx - 1).contains(&(cell % nx)));
-    let mut slopes: Vec<f64> = inner.filter(|cell| debris.samples()[*cell] > 10.0).map(slope).collect();
-    slopes.sort_unstable_by(f64::total_cmp);
-    let (share, median) = (slopes.len() as f64 / z.len() as f64, slopes[slopes.len() / 2]);
+    let degrees = |cell: usize| math::atan(slope(&land, cell)).to_degrees();
+    let slopes: Vec<f64> = inner(&land).filter(|cell| debris.samples()[*cell] > 10.0).map(degrees).collect();
+    let (share, median) = (slopes.len() as f64 / land.samples().len() as f64, median(slopes));
     println!(
         "aprons of more than 10 m cover {share:.3} of the world; half of them are steeper than {median:.1} degrees"
     );

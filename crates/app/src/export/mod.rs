@@ -8,6 +8,7 @@ pub mod outputs;
 pub mod picture;
 pub mod piece;
 pub mod plot;
+pub(crate) mod samples;
 pub(crate) mod surface;
 pub mod tiles;
 pub(crate) mod vertices;

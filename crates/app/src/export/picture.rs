@@ -10,6 +10,8 @@ use orograph_nodes::{
 };
 use rayon::prelude::*;
 
+use super::samples::Samples;
+
 /// How heights are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum View {
@@ -151,30 +153,14 @@ fn on_cells<'a>(field: &'a Field, window: &Window) -> Cow<'a, Field> {
     if field.window() == window {
         return Cow::Borrowed(field);
     }
-    let (own, samples) = (field.window(), field.plane(0));
-    // the number of a cell in the rasters of both worlds, as a real number
-    let along = |axis: usize, n: usize, count: usize| -> Vec<(usize, f32)> {
-        let [from, to] =
-            [window, own].map(|of| (of.world.size[axis] / f64::from(of.world.cells[axis]), of.origin[axis]));
-        (0..n)
-            .map(|cell| {
-                let metres = (cell as f64 + f64::from(from.1) + 0.5) * from.0;
-                let at = (metres / to.0 - f64::from(to.1) - 0.5).clamp(0.0, (count - 1) as f64);
-                let first = (at as usize).min(count.saturating_sub(2));
-                (first, (at - first as f64) as f32)
-            })
-            .collect()
+    let (own, sampler) = (field.window(), Samples::of(field));
+    let cell_m = own.world.cell_m();
+    let corner = own.origin.map(f64::from);
+    let value = |cell: usize| {
+        let place = window.centre_m(cell % window.nx(), cell / window.nx());
+        sampler.at(0, [0, 1].map(|axis| place[axis] / cell_m - corner[axis] - 0.5))
     };
-    let (nx, ny) = (own.nx(), own.ny());
-    let (columns, rows) = (along(0, window.nx(), nx), along(1, window.ny(), ny));
-    let between = |(a, b): (f32, f32), share: f32| a + (b - a) * share;
-    let value = |&(x, u): &(usize, f32), &(y, v): &(usize, f32)| {
-        let row = |y: usize| between((samples[y * nx + x], samples[y * nx + (x + 1).min(nx - 1)]), u);
-        between((row(y), row((y + 1).min(ny - 1))), v)
-    };
-    let value = &value;
-    let samples = rows.par_iter().flat_map(|row| columns.par_iter().map(move |column| value(column, row))).collect();
-    Cow::Owned(Field::new(*window, samples))
+    Cow::Owned(Field::new(*window, (0..window.len()).into_par_iter().map(value).collect()))
 }
 
 /// The light on a terrain, in the cells of a window, between 0 and 1.
@@ -551,6 +537,13 @@ mod tests {
         assert!(sum(&numbers, 17) > 1.5 * sum(&numbers, 22), "{} {}", sum(&numbers, 17), sum(&numbers, 22));
         let mask = of_part(&even, PortType::Mask, Around { whole: &even, ..around(None) });
         assert!(mask.plane(0)[17] > 1.3 * mask.plane(1)[17], "red");
+        // the same slope in half as many cells, where the terrain is not built as far as the numbers
+        let coarse = Window::whole(World { cells: [4, 3], ..window.world });
+        let coarse = Field::new(coarse, (0..12).map(|cell| 40.0 - 16.0 * ((cell % 4) as f32 - 1.5).abs()).collect());
+        let beside = Beside::Ground { part: &coarse, whole: &ground };
+        let numbers = of_part(&even, PortType::Scalar(Unit::Metres), Around { whole: &even, beside, water: None });
+        assert_eq!(numbers.window(), &window);
+        assert!(sum(&numbers, 17) > 1.5 * sum(&numbers, 22), "{} {}", sum(&numbers, 17), sum(&numbers, 22));
         let pool = Field::new(window, (0..48).map(|cell| if cell % 8 > 5 { 3.0 } else { 0.0 }).collect());
         let [dry, wet] = [None, Some(&pool)].map(|water| of_part(&ground, PortType::Height, around(water)));
         assert_eq!(dry.plane(2)[17], wet.plane(2)[17]);

@@ -15,6 +15,7 @@ use super::{
     ray::Hit,
     terrain::{Cover, MOST_CELLS, Terrain},
 };
+use crate::export::samples::Samples;
 
 /// Width of the band in coarse cells.
 const BAND_CELLS: f64 = 3.0;
@@ -101,7 +102,7 @@ impl Inset {
         let window = *part.window();
         let (fine, wide) = (window.cell_m(), coarse.window().cell_m());
         let (nx, ny) = (window.nx(), window.ny());
-        let sampler = Samples { field: coarse };
+        let sampler = Samples::of(coarse);
         let planes = part.planes().min(coarse.planes());
         let rows = (0..planes * ny).into_par_iter().flat_map_iter(|row| {
             let (plane, j) = (row / ny, row % ny);
@@ -208,29 +209,6 @@ impl Inset {
 
     pub(super) const fn bounds(&self) -> &Bounds {
         &self.bounds
-    }
-}
-
-/// A field, interpolated between cell centres.
-struct Samples<'a> {
-    field: &'a Field,
-}
-
-impl Samples<'_> {
-    /// The bilinear value at a position in cells; the centre of the first cell is at 0.
-    fn at(&self, plane: usize, at: [f64; 2]) -> f32 {
-        let samples = self.field.plane(plane);
-        let last = self.field.window().cells.map(|n| f64::from(n - 1));
-        let at = [0, 1].map(|axis| at[axis].clamp(0.0, last[axis]));
-        let nx = self.field.window().nx();
-        let [i, j] = at.map(|v| v.floor() as usize);
-        let (right, down) = (usize::from(at[0] < last[0]), nx * usize::from(at[1] < last[1]));
-        let first = j * nx + i;
-        let [u, v] = at.map(|v| v - v.floor());
-        let value = |at: usize| f64::from(samples[at]);
-        let north = value(first) + u * (value(first + right) - value(first));
-        let south = value(first + down) + u * (value(first + down + right) - value(first + down));
-        (north + v * (south - north)) as f32
     }
 }
 

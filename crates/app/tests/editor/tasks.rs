@@ -10,7 +10,8 @@ use orograph_graph::ParamValue;
 use crate::{
     canvas::document,
     hand::{click, drag, key, type_text},
-    harness, look, settle, until,
+    look, settle, until,
+    welcome::welcomed,
 };
 
 /// Somebody at the window, whose actions are counted.
@@ -31,10 +32,7 @@ struct Actions {
 impl User {
     /// In front of the welcome page.
     fn new() -> Self {
-        let window = harness([1280.0, 800.0]).with_step_dt(1.0 / 60.0).build_eframe(|context| {
-            App::new(context, None, orograph::build::storage::in_memory()).expect("no file is read").welcoming()
-        });
-        let mut user = Self { window, done: Actions::default() };
+        let mut user = Self { window: welcomed([1280.0, 800.0]), done: Actions::default() };
         // until the page is laid out
         user.window.run_steps(12);
         user
@@ -115,8 +113,8 @@ fn an_island_with_a_road() {
     let road = graph.find("road").expect("a road");
     let source = graph.source(road, 0).expect("wired");
     assert_eq!(graph.port_name(source), "island.height");
-    let Some(ParamValue::Path(points)) = graph.instance(road).params.get("path") else { panic!("a path") };
-    assert_eq!(points.len(), 4);
+    let path = graph.instance(road).params.get("path");
+    assert!(matches!(path, Some(ParamValue::Path(points)) if points.len() == 4), "{path:?}");
     let moved = user.heights("road.height").into_iter().zip(user.heights("island.height"));
     assert!(moved.map(|(after, before)| (after - before).abs()).fold(0.0, f32::max) > 0.5, "ground is cut or filled");
     assert_eq!(user.done, Actions { clicks: 8, drags: 0, keys: 3, texts: 1 });

@@ -5,7 +5,8 @@ use orograph::editor::App;
 
 use crate::{harness, look, settle};
 
-fn welcomed(size: [f32; 2]) -> Harness<'static, App> {
+/// A window with the welcome page.
+pub fn welcomed(size: [f32; 2]) -> Harness<'static, App> {
     harness(size).with_step_dt(1.0 / 60.0).build_eframe(|context| {
         App::new(context, None, orograph::build::storage::in_memory()).expect("no file is read").welcoming()
     })
