@@ -4,7 +4,6 @@ use orograph_graph::{World, memory::zeroed};
 
 use crate::{
     numerics::{
-        cells::BLOCK,
         horizon::{Horizon, Rays, device},
         par,
         simd::simd,
@@ -13,6 +12,10 @@ use crate::{
     },
     prelude::*,
 };
+
+/// Rows and columns of a tile: each direction is computed for a whole tile, whose surroundings stay in the cache.
+const ROWS: usize = 16;
+const COLUMNS: usize = 128;
 
 params! {
     /// Distance within which terrain can occlude the sky.
@@ -107,18 +110,20 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let horizon = Horizon::new(job, [0.0, 0.2], Inputs::read(job)?.height, rays)?;
     let nx = job.window().nx();
     let mut occlusion = zeroed(job.window().len())?;
-    par::rows_within(job, [0.2, 0.9], &mut occlusion, |j, row| {
-        let mut tangents = [0.0; BLOCK];
-        for start in (0..nx).step_by(BLOCK) {
-            let columns = start..nx.min(start + BLOCK);
-            let cells = &mut row[columns.clone()];
+    par::bands_within(job, [0.2, 0.9], ROWS, &mut occlusion, |first, rows| {
+        let mut tangents = [0.0; COLUMNS];
+        for start in (0..nx).step_by(COLUMNS) {
+            let columns = start..nx.min(start + COLUMNS);
             for ray in 0..horizon.rays() {
-                horizon.tangents(ray, j, columns.clone(), &mut tangents);
-                hide(cells, &tangents, params.exaggeration as f32);
+                for (k, row) in rows.chunks_mut(nx).enumerate() {
+                    horizon.tangents(ray, first + k, columns.clone(), &mut tangents);
+                    hide(&mut row[columns.clone()], &tangents, params.exaggeration as f32);
+                }
             }
-            let share = 1.0 / horizon.rays() as f32;
-            cells.iter_mut().for_each(|sum| *sum = (*sum * share).min(1.0));
         }
+        let share = 1.0 / horizon.rays() as f32;
+        rows.iter_mut().for_each(|sum| *sum = (*sum * share).min(1.0));
+        Ok(())
     })?;
     let wants = Wants::of(job);
     let open = |_, row: &mut [f32]| row.iter_mut().for_each(|hidden| *hidden = 1.0 - *hidden);

@@ -14,17 +14,12 @@
 //! mip-map would be visible in the result; full-resolution rasters at each level are not.
 
 pub mod device;
+mod host;
 
-use std::ops::Range;
+use orograph_graph::{Window, World};
 
-use orograph_graph::{Field, Job, NodeError, Window, World};
-
-use super::{
-    gaussian::Gaussian,
-    lines::{Ends, separable},
-    math,
-    simd::simd,
-};
+pub use self::host::Horizon;
+use super::{gaussian::Gaussian, math};
 
 /// The golden section, whose multiples spread evenly between 0 and 1.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -109,11 +104,22 @@ impl Rays {
         (cells.ceil() + 1.0 + smoothing) * cell_m
     }
 
-    /// Returns the bytes of smoothed terrain that a [`Horizon`] keeps, and of the samples of all directions.
+    /// Returns the bytes of terrain that a [`Horizon`] keeps, and of the samples of all directions.
     #[must_use]
     pub fn bytes(&self, window: &Window) -> u64 {
         let looks: usize = self.rays.iter().map(Vec::len).sum();
-        (self.levels() * window.len() * size_of::<f32>() + looks * size_of::<Look>()) as u64
+        let cells = (window.nx() + 2 * self.margin(window)) * window.ny();
+        // one more while a level is smoothed
+        let levels = self.levels() + 1;
+        ((levels * cells + window.len().min(self.levels() * window.len())) * size_of::<f32>()
+            + looks * (size_of::<Look>() + size_of::<[isize; 2]>())) as u64
+    }
+
+    /// Returns the columns beyond the west and east sides that a [`Horizon`] keeps: what most samples read, and a block.
+    fn margin(&self, window: &Window) -> usize {
+        let looks = self.rays.iter().flatten().flat_map(|look| [look.first[0], look.second[0]]);
+        let farthest = looks.map(i64::unsigned_abs).max().unwrap_or(0) as usize;
+        farthest.min((window.nx() / 8).max(64)) + host::LANES
     }
 
     /// Returns the number of smoothing levels.
@@ -163,194 +169,6 @@ fn level(sigma_cells: f64) -> usize {
 /// Returns the standard deviation in cells of a level above 0.
 fn sigma(level: usize) -> f64 {
     FIRST_SIGMA * (1_u64 << (level - 1)) as f64
-}
-
-/// Number of samples that one loop compares, so that it reads and writes each cell once for all of them.
-const TOGETHER: usize = 4;
-
-/// A sample of a row of cells: the rows that are read and how far their columns are shifted.
-#[derive(Clone, Copy, Default)]
-struct Sample<'a> {
-    rows: [&'a [f32]; 2],
-    shifts: [i64; 2],
-    share: f32,
-    per_m: f32,
-}
-
-/// Terrain for which horizons are computed.
-#[derive(Debug)]
-pub struct Horizon<'a> {
-    height: &'a [f32],
-    smoothed: Vec<Vec<f32>>,
-    rays: Rays,
-    window: Window,
-    wrap: [bool; 2],
-}
-
-impl<'a> Horizon<'a> {
-    /// Prepares a field's first plane. `share` is the part of the job's progress.
-    ///
-    /// # Errors
-    /// [`NodeError::Cancelled`].
-    pub fn new(job: &Job<'_>, share: [f32; 2], height: &'a Field, rays: Rays) -> Result<Self, NodeError> {
-        let levels = rays.levels();
-        let part = (share[1] - share[0]) / levels.max(1) as f32;
-        let smoothed = (1..=levels).map(|level| {
-            let from = share[0] + part * (level - 1) as f32;
-            separable(job, [from, from + part], height.plane(0), &Gaussian::new(sigma(level)))
-        });
-        let window = *height.window();
-        let wrap = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
-        Ok(Self { height: height.plane(0), smoothed: smoothed.collect::<Result<_, _>>()?, rays, window, wrap })
-    }
-
-    /// Returns the number of directions.
-    #[must_use]
-    pub fn rays(&self) -> usize {
-        self.rays.count()
-    }
-
-    /// Computes the tangent of the horizon's elevation angle in one direction, for columns of row `j`; 0 where no
-    /// terrain is higher than the cell. There is no terrain beyond the sides of the world, unless it is periodic.
-    pub fn tangents(&self, ray: usize, j: usize, columns: Range<usize>, out: &mut [f32]) {
-        let (nx, len) = (self.window.nx(), columns.len());
-        out[..len].fill(0.0);
-        let here = &self.height[j * nx..][columns.clone()];
-        let mut samples = [Sample::default(); TOGETHER];
-        let mut count = 0;
-        for look in &self.rays.rays[ray] {
-            let (Some(first), Some(second)) = (self.row(look, j, look.first[1]), self.row(look, j, look.second[1]))
-            else {
-                continue;
-            };
-            let shifts = [look.first[0], look.second[0]];
-            samples[count] = Sample { rows: [first, second], shifts, share: look.share, per_m: look.per_m };
-            count += 1;
-            if count == TOGETHER {
-                self.raise_by_samples(&samples, here, columns.clone(), out);
-                count = 0;
-            }
-        }
-        for sample in &samples[..count] {
-            self.raise_by_sample(sample, here, columns.clone(), columns.clone(), out);
-        }
-    }
-
-    /// Raises tangents to those of some samples: in one loop where all of them exist, and sample by sample beside it.
-    fn raise_by_samples(&self, samples: &[Sample<'_>; TOGETHER], here: &[f32], columns: Range<usize>, out: &mut [f32]) {
-        let [nx, start] = [self.window.nx() as i64, columns.start as i64];
-        let west = samples.iter().flat_map(|sample| sample.shifts).fold(start, |from, shift| from.max(-shift));
-        let east =
-            samples.iter().flat_map(|sample| sample.shifts).fold(columns.end as i64, |end, shift| end.min(nx - shift));
-        if west >= east {
-            samples.iter().for_each(|sample| self.raise_by_sample(sample, here, columns.clone(), columns.clone(), out));
-            return;
-        }
-        let cells = (west - start) as usize..(east - start) as usize;
-        let there = samples.map(|Sample { rows, shifts, .. }| {
-            [0, 1].map(|k| &rows[k][(west + shifts[k]) as usize..(east + shifts[k]) as usize])
-        });
-        raise_together(
-            &mut out[cells.clone()],
-            &here[cells],
-            &there,
-            samples.map(|sample| sample.share),
-            samples.map(|sample| sample.per_m),
-        );
-        for sample in samples {
-            self.raise_by_sample(sample, here, columns.clone(), columns.start..west as usize, out);
-            self.raise_by_sample(sample, here, columns.clone(), east as usize..columns.end, out);
-        }
-    }
-
-    /// Raises tangents to those of a sample in a part of the columns.
-    fn raise_by_sample(
-        &self,
-        sample: &Sample<'_>,
-        here: &[f32],
-        columns: Range<usize>,
-        part: Range<usize>,
-        out: &mut [f32],
-    ) {
-        let mut at = part.start;
-        while let Some((from, count, sources)) = self.stretch(at, part.end, sample.shifts) {
-            let cells = from - columns.start..from - columns.start + count;
-            raise(
-                &mut out[cells.clone()],
-                &here[cells],
-                [0, 1].map(|k| &sample.rows[k][sources[k]..][..count]),
-                sample.share,
-                sample.per_m,
-            );
-            at = from + count;
-        }
-    }
-
-    /// Returns the row of the terrain that a sample reads. Returns None if it is outside the world.
-    fn row(&self, look: &Look, j: usize, shift: i64) -> Option<&[f32]> {
-        let (nx, ny) = (self.window.nx(), self.window.ny() as i64);
-        let row = j as i64 + shift;
-        let row = if self.wrap[1] { row.rem_euclid(ny) } else { row };
-        let samples = if look.level == 0 { self.height } else { &self.smoothed[look.level - 1] };
-        (0..ny).contains(&row).then(|| &samples[row as usize * nx..][..nx])
-    }
-
-    /// Returns the first range of cells from column `at` on for which both shifted columns exist and are consecutive:
-    /// its first cell, its length, and where both columns begin. Returns None if there is none.
-    fn stretch(&self, at: usize, end: usize, shifts: [i64; 2]) -> Option<(usize, usize, [usize; 2])> {
-        let nx = self.window.nx() as i64;
-        let (mut from, mut end) = (at as i64, end as i64);
-        if self.wrap[0] {
-            let sources = shifts.map(|shift| (from + shift).rem_euclid(nx));
-            end = end.min(from + nx - sources[0].max(sources[1]));
-        } else {
-            from = from.max(-shifts[0].min(shifts[1]));
-            end = end.min(nx - shifts[0].max(shifts[1]));
-        }
-        let sources = shifts.map(|shift| (from + shift).rem_euclid(nx) as usize);
-        (from < end).then(|| (from as usize, (end - from) as usize, sources))
-    }
-}
-
-simd! {
-    /// Raises tangents to that of the terrain between two cells.
-    fn raise(tangents: &mut [f32], here: &[f32], there: [&[f32]; 2], share: f32, per_m: f32) {
-        let [first, second] = there;
-        for (((tangent, &here), &first), &second) in tangents.iter_mut().zip(here).zip(first).zip(second) {
-            *tangent = raised(*tangent, here, [first, second], share, per_m);
-        }
-    }
-}
-
-simd! {
-    /// Raises tangents to those of several samples.
-    fn raise_together(
-        tangents: &mut [f32],
-        here: &[f32],
-        there: &[[&[f32]; 2]; TOGETHER],
-        share: [f32; TOGETHER],
-        per_m: [f32; TOGETHER],
-    ) {
-        let cells = tangents.len();
-        let there = there.map(|pair| pair.map(|row| &row[..cells]));
-        for (i, (tangent, &here)) in tangents.iter_mut().zip(&here[..cells]).enumerate() {
-            // in a register: as the tangent itself, it would be stored for each sample
-            let mut highest = *tangent;
-            for k in 0..TOGETHER {
-                highest = raised(highest, here, [there[k][0][i], there[k][1][i]], share[k], per_m[k]);
-            }
-            *tangent = highest;
-        }
-    }
-}
-
-/// The tangent of the higher of a horizon and the terrain between two cells.
-#[inline(always)]
-fn raised(tangent: f32, here: f32, [first, second]: [f32; 2], share: f32, per_m: f32) -> f32 {
-    let height = first + (second - first) * share;
-    let seen = (height - here) * per_m;
-    let seen = if seen < STEEPEST { seen } else { STEEPEST };
-    if seen > tangent { seen } else { tangent }
 }
 
 #[cfg(test)]
