@@ -121,13 +121,15 @@ impl Lines {
         Self { right: zeros(), diagonal: zeros(), other: zeros() }
     }
 
-    /// Solves (1 + r (gₖ₊₁ + lₖ)) δₖ − r gₖ δₖ₋₁ − r lₖ₊₁ δₖ₊₁ = `right`ₖ with r the `scale`, cyclically if the line
-    /// `wraps`. A line that wraps must have three cells, or gains and losses of 0.
-    pub fn solve(&mut self, faces: [&[[f64; LANES]]; 2], scale: f64, wraps: bool) {
-        if wraps && self.right.len() >= 3 {
-            cyclic(&mut self.right, &mut self.diagonal, &mut self.other, faces, scale);
+    /// Solves (1 + r (gₖ₊₁ + lₖ)) δₖ − r gₖ δₖ₋₁ − r lₖ₊₁ δₖ₊₁ = `right`ₖ for the first `count` cells, with r the `scale`,
+    /// cyclically if the line `wraps`. A line that wraps must have three cells, or gains and losses of 0.
+    pub fn solve(&mut self, count: usize, [gains, losses]: [&[[f64; LANES]]; 2], scale: f64, wraps: bool) {
+        let faces = [&gains[..=count], &losses[..=count]];
+        let (right, diagonal) = (&mut self.right[..count], &mut self.diagonal[..count]);
+        if wraps && count >= 3 {
+            cyclic(right, diagonal, &mut self.other[..count], faces, scale);
         } else {
-            open(&mut self.right, &mut self.diagonal, faces, scale);
+            open(right, diagonal, faces, scale);
         }
     }
 }

@@ -40,6 +40,16 @@ const fn either(a: [u32; 2], b: [u32; 2]) -> [u32; 2] {
     [if a[0] < b[0] { a[0] } else { b[0] }, if a[1] > b[1] { a[1] } else { b[1] }]
 }
 
+/// Cells of a line whose systems are solved: those with ice and their neighbours, or the whole line if it `wraps`. None
+/// without ice: nothing flows there.
+fn beside([first, end]: [u32; 2], count: usize, wraps: bool) -> Option<[usize; 2]> {
+    match (first < end, wraps) {
+        (false, _) => None,
+        (true, true) => Some([0, count]),
+        (true, false) => Some([(first as usize).saturating_sub(1), (end as usize + 1).min(count)]),
+    }
+}
+
 /// The derivatives of the flux through an open side: what lies beyond it rises and falls with the border, so that only
 /// the part that follows from thickness stays.
 fn moved(gain: f64, loss: f64) -> (f64, f64) {
@@ -332,33 +342,40 @@ impl Sheet {
         });
     }
 
-    /// The first factor: systems of rows, and what they change of the fluxes through west faces.
+    /// The first factor: systems of rows, and what they change of the fluxes through west faces. Without ice on either
+    /// side of a face, nothing changes.
     fn rows(&mut self, dt_yr: f64) {
         let grid = self.grid;
         let (nx, wraps, scale) = (grid.nx, grid.wraps(0), dt_yr / grid.cell_m[0]);
-        let (gain_x, loss_x) = (&self.gain_x, &self.loss_x);
+        let (gain_x, loss_x, icy) = (&self.gain_x, &self.loss_x, &self.icy);
         let parts = self.delta.chunks_mut(nx * LANES).zip(self.east.chunks_mut((nx + 1) * LANES));
         let solved: Result<(), Infallible> = par::each_with(
             parts,
             || Room::new(nx),
             |room, part, (delta, east)| {
+                let rows = icy[part * LANES..].iter().take(LANES);
+                let Some([start, end]) = beside(rows.fold(NONE, |a, b| either(a, *b)), nx, wraps) else {
+                    return Ok(());
+                };
+                let count = end - start;
                 let Room { lines, gains, losses } = room;
                 for (lane, delta) in delta.chunks(nx).enumerate() {
                     let faces = (part * LANES + lane) * (nx + 1);
-                    let (gain, loss) = (&gain_x[faces..=faces + nx], &loss_x[faces..=faces + nx]);
+                    let (gain, loss) = (&gain_x[faces + start..=faces + end], &loss_x[faces + start..=faces + end]);
                     gains.iter_mut().zip(gain).for_each(|(gains, gain)| gains[lane] = *gain);
                     losses.iter_mut().zip(loss).for_each(|(losses, loss)| losses[lane] = *loss);
-                    lines.right.iter_mut().zip(delta).for_each(|(right, delta)| right[lane] = *delta);
+                    lines.right.iter_mut().zip(&delta[start..end]).for_each(|(right, delta)| right[lane] = *delta);
                 }
-                lines.solve([gains, losses], scale, wraps);
+                lines.solve(count, [gains, losses], scale, wraps);
                 for (lane, (delta, east)) in delta.chunks_mut(nx).zip(east.chunks_mut(nx + 1)).enumerate() {
+                    let (delta, east) = (&mut delta[start..end], &mut east[start..=end]);
                     delta.iter_mut().zip(&lines.right).for_each(|(delta, solved)| *delta = solved[lane]);
-                    let [first, last] = [0, nx - 1].map(|i| if wraps { delta[i] } else { 0.0 });
+                    let [first, last] = [0, count - 1].map(|i| if wraps { delta[i] } else { 0.0 });
                     east[0] += gains[0][lane] * last - losses[0][lane] * delta[0];
-                    for face in 1..nx {
+                    for face in 1..count {
                         east[face] += gains[face][lane] * delta[face - 1] - losses[face][lane] * delta[face];
                     }
-                    east[nx] += gains[nx][lane] * delta[nx - 1] - losses[nx][lane] * first;
+                    east[count] += gains[count][lane] * delta[count - 1] - losses[count][lane] * first;
                 }
                 Ok(())
             },
@@ -366,11 +383,12 @@ impl Sheet {
         let Ok(()) = solved;
     }
 
-    /// The second factor: systems of columns. `strips` gets their solutions, eight columns after eight columns.
+    /// The second factor: systems of columns. `strips` gets their solutions, eight columns after eight columns, where
+    /// there is ice on either side of a face.
     fn columns(&mut self, dt_yr: f64) {
         let grid = self.grid;
         let (nx, ny, wraps, scale) = (grid.nx, grid.ny, grid.wraps(1), dt_yr / grid.cell_m[1]);
-        let (gain, loss, delta) = (&self.gain_y, &self.loss_y, &self.delta);
+        let (gain, loss, delta, icy) = (&self.gain_y, &self.loss_y, &self.delta, &self.icy);
         let strips = self.strips.chunks_mut(ny * LANES);
         let solved: Result<(), Infallible> = par::each_with(
             strips,
@@ -378,15 +396,22 @@ impl Sheet {
             |room, part, strip| {
                 let Room { lines, gains, losses } = room;
                 let first = part * LANES;
-                let count = LANES.min(nx - first);
-                for j in 0..=ny {
-                    gains[j][..count].copy_from_slice(&gain[j * nx + first..][..count]);
-                    losses[j][..count].copy_from_slice(&loss[j * nx + first..][..count]);
+                let width = LANES.min(nx - first);
+                let has = |row: &[u32; 2]| (row[0] as usize) < first + width && row[1] as usize > first;
+                let found = icy.iter().position(has).zip(icy.iter().rposition(has));
+                let found = found.map_or(NONE, |(first, last)| [first as u32, last as u32 + 1]);
+                let Some([start, end]) = beside(found, ny, wraps) else { return Ok(()) };
+                let count = end - start;
+                for j in 0..=count {
+                    let row = (start + j) * nx + first;
+                    gains[j][..width].copy_from_slice(&gain[row..][..width]);
+                    losses[j][..width].copy_from_slice(&loss[row..][..width]);
                 }
-                for j in 0..ny {
-                    lines.right[j][..count].copy_from_slice(&delta[j * nx + first..][..count]);
+                for j in 0..count {
+                    lines.right[j][..width].copy_from_slice(&delta[(start + j) * nx + first..][..width]);
                 }
-                lines.solve([gains, losses], scale, wraps);
+                lines.solve(count, [gains, losses], scale, wraps);
+                let strip = &mut strip[start * LANES..end * LANES];
                 strip.chunks_mut(LANES).zip(&lines.right).for_each(|(strip, solved)| strip.copy_from_slice(solved));
                 Ok(())
             },
