@@ -196,7 +196,7 @@ fn raised(horizon: &Horizon<'_>, ray: &Ray, place: [usize; 2], own: &[f32; LANES
     let inside = if is_inside { looks.len() } else { looks.partition_point(|look| horizon.has(look, place)) };
     let here = (place[1] * horizon.stride() + horizon.margin + place[0]) as isize;
     let own = *own;
-    let mut tangents = [0.0; LANES];
+    let mut near = [0.0; LANES];
     for (level, range) in &ray.runs {
         let land = &horizon.lands[*level][..];
         let range = range.start.min(inside)..range.end.min(inside);
@@ -204,14 +204,14 @@ fn raised(horizon: &Horizon<'_>, ray: &Ray, place: [usize; 2], own: &[f32; LANES
             let [first, second] = offsets.map(|offset| (here + offset) as usize);
             let Some(first) = land.get(first..).and_then(|land| land.first_chunk()) else { continue };
             if look.share == 0.0 {
-                see(&mut tangents, &own, first, look);
+                see(&mut near, &own, first, look);
             } else if let Some(second) = land.get(second..).and_then(|land| land.first_chunk()) {
-                see(&mut tangents, &own, &between(first, second, look.share), look);
+                see(&mut near, &own, &between(first, second, look.share), look);
             }
         }
     }
     // a copy, so that the others stay in registers
-    let mut tangents = tangents;
+    let mut tangents = near;
     if inside < looks.len() {
         horizon.raise_beyond(&looks[inside..], place, &own, &mut tangents);
     }
