@@ -36,7 +36,7 @@ graphs=(
     "rivers|Rivers and lakes|map|2048|.35 .35"
     "rivers_dem|The rivers of a real place|map|2048|.35 .35"
     "carve_dem|A real landscape, eroded further|after|2048|.35 .35"
-    "amplify|A coarse real model with rills|after|2048|.35 .35"
+    "amplify|A coarse real model with gullies and rills|after|1024|.20 .05"
     "gullies|Gullies after a storm|after|400|.60 .55"
     "flood_dem|A cloudburst over real canyons|map|512|.35 .35"
 )

@@ -19,7 +19,7 @@ use crate::{
         coarse::{Between, Coarse},
         hillslope::Hillslope,
         math, par,
-        routing::{Depressions, Drainage, Grid, code, receivers},
+        routing::{Depressions, Drainage, Grid, Outlet, code, receivers},
         variation::Variation,
         waves::{SHORTEST_CELLS, Waves},
     },
@@ -65,6 +65,7 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
     let factors = factors(job, params)?;
     let factor = |cell: usize| factors.get(cell).copied().unwrap_or(1.0);
     begin(job, params, strength.min(1.0), model, &mut heights)?;
+    hold(&land.grid, model, &mut heights);
 
     let coarse = Coarse::new(&window, params.coarse / window.cell_m());
     // the diffusivity, and a time of which its product is the creep of a step
@@ -98,12 +99,14 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
         hillslope.creep(job, &mut heights, span, step..step + 1, &|_| false, None)?;
         let lost = lost(job, &coarse, model, &heights)?;
         raise(params, model, &lost, &mut heights);
+        hold(&land.grid, model, &mut heights);
         par::change_with(&mut uplift, &lost, |uplift, lost| *uplift += LEARNT * lost);
     }
     drop((uplift, area));
     for _ in 0..ROUNDS {
         let lost = lost(job, &coarse, model, &heights)?;
         raise(params, model, &lost, &mut heights);
+        hold(&land.grid, model, &mut heights);
     }
     if mask.constant() != Some(1.0) || params.variation > 0.0 {
         par::change_at(&mut heights, |cell, height| {
@@ -209,6 +212,16 @@ fn raise(params: &Params, model: &[f32], lost: &[f32], heights: &mut [f64]) {
         let model = f64::from(model[cell]);
         *height = (*height + f64::from(lost[cell])).clamp(model - most, model + most);
     });
+}
+
+/// Keeps cells at `base` sides at the level of the model: what the means of their coarse cells lack is added inside.
+fn hold(grid: &Grid, model: &[f32], heights: &mut [f64]) {
+    let rows = (0..grid.nx).flat_map(|x| [(x, 0), (x, grid.ny - 1)]);
+    for (x, y) in rows.chain((0..grid.ny).flat_map(|y| [(0, y), (grid.nx - 1, y)])) {
+        if grid.outlet(x, y) == Outlet::Base {
+            heights[y * grid.nx + x] = f64::from(model[y * grid.nx + x]);
+        }
+    }
 }
 
 /// Returns how far the means of coarse cells are below those of the model, interpolated linearly between their centres.

@@ -55,9 +55,13 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Rills",
-    version: 2,
-    // rills as deep everywhere as `depth` says
-    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "variation", value: "0" }] }],
+    version: 3,
+    migrations: &[
+        // rills as deep everywhere as `depth` says
+        Migration { from: 1, steps: &[Step::Keep { name: "variation", value: "0" }] },
+        // `base` sides stay at the level of the model
+        Migration { from: 2, steps: &[] },
+    ],
     category: "erosion",
     summary: "Rills, gullies and spurs on the slopes of a coarse model, preserving the means of its cells.",
     doc: include_str!("page.md"),

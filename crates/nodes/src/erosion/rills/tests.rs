@@ -142,6 +142,26 @@ fn trunk_rivers_stay() {
 }
 
 /// Slopes of a 240 m model with rills on 30 m are closer to those of the real terrain than without rills.
+/// Cells at `base` sides stay, but for cuts through which depressions drain, and beside them the terrain changes no more
+/// than elsewhere.
+#[test]
+fn base_sides_have_no_rim() {
+    let open = model(STEP);
+    let world = World { boundary: Boundary::all(Edge::Base), ..open.window().world };
+    let model = Field::new(Window::whole(world), open.samples().to_vec());
+    let changes = difference(rills(&model, RILLS).samples(), model.samples());
+    let side = |cell: usize| {
+        let place = [cell % SIDE, cell / SIDE].map(|at| at.min(SIDE - 1 - at));
+        place[0].min(place[1])
+    };
+    let most = |near: &dyn Fn(usize) -> bool| {
+        let changes = changes.iter().enumerate().filter(|(cell, _)| near(side(*cell)));
+        changes.fold(0.0_f32, |most, (_, change)| most.max(change.abs()))
+    };
+    let [at, beside, inside] = [most(&|side| side == 0), most(&|side| (1..8).contains(&side)), most(&|side| side >= 8)];
+    assert!(at < 1.0 && beside <= inside, "{at} {beside} {inside}");
+}
+
 #[test]
 fn slopes_are_nearer_to_the_real_ones() {
     let (real, model) = (real(), model(STEP));
