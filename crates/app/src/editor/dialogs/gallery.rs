@@ -64,7 +64,7 @@ const EXAMPLES: &[Example] = examples! {
     "basin_and_range" "Basins and ranges" output "colour";
     "terraces" "Terraced fields" output "colour";
     "ridge" "A reusable range";
-    "amplify" "A coarse model with rills" output "after";
+    "amplify" "A coarse model with gullies" output "after";
     "talus_dem" "Real mountains with talus" output "after";
     "rivers_dem" "Rivers of a real landscape" output "map";
     "flood_dem" "A flood in real canyons" output "map";

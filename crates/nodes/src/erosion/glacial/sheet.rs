@@ -383,8 +383,8 @@ impl Sheet {
         let Ok(()) = solved;
     }
 
-    /// The second factor: systems of columns. `strips` gets their solutions, eight columns after eight columns, where
-    /// there is ice on either side of a face.
+    /// The second factor: systems of columns. `strips` gets their solutions in strips of eight columns, where there is ice on
+    /// either side of a face.
     fn columns(&mut self, dt_yr: f64) {
         let grid = self.grid;
         let (nx, ny, wraps, scale) = (grid.nx, grid.ny, grid.wraps(1), dt_yr / grid.cell_m[1]);

@@ -141,7 +141,6 @@ fn trunk_rivers_stay() {
     assert!(rivers.len() > 500 && kept * 100 >= rivers.len() * 97, "{kept} of {}", rivers.len());
 }
 
-/// Slopes of a 240 m model with rills on 30 m are closer to those of the real terrain than without rills.
 /// Cells at `base` sides stay, but for cuts through which depressions drain, and beside them the terrain changes no more
 /// than elsewhere.
 #[test]
@@ -162,6 +161,7 @@ fn base_sides_have_no_rim() {
     assert!(at < 1.0 && beside <= inside, "{at} {beside} {inside}");
 }
 
+/// Slopes of a 240 m model with rills on 30 m are closer to those of the real terrain than without rills.
 #[test]
 fn slopes_are_nearer_to_the_real_ones() {
     let (real, model) = (real(), model(STEP));

@@ -108,10 +108,21 @@ impl<'a> Horizon<'a> {
         if !(0..ny).contains(&row) {
             return false;
         }
-        let row = &self.lands[level][row as usize * self.stride() + self.margin..][..nx as usize];
+        let row = &self.lands[level][row as usize * self.stride()..][..self.stride()];
+        let at = usize::try_from(from + self.margin as i64).ok();
+        if let Some(cells) = at.and_then(|at| row.get(at..at + LANES)) {
+            out.copy_from_slice(cells);
+            return true;
+        }
+        let row = &row[self.margin..][..nx as usize];
         if self.wrap[0] {
-            let cells = out.iter_mut().enumerate();
-            cells.for_each(|(lane, cell)| *cell = row[(from + lane as i64).rem_euclid(nx) as usize]);
+            let (mut at, mut rest) = (from.rem_euclid(nx) as usize, &mut out[..]);
+            while !rest.is_empty() {
+                let count = rest.len().min(row.len() - at);
+                let (part, others) = rest.split_at_mut(count);
+                part.copy_from_slice(&row[at..at + count]);
+                (at, rest) = (0, others);
+            }
             return true;
         }
         let inside = from.clamp(0, nx)..(from + LANES as i64).clamp(0, nx);
@@ -130,7 +141,10 @@ impl<'a> Horizon<'a> {
         let mut cells = [[0.0; LANES]; 2];
         for look in looks {
             let [first, second] = &mut cells;
-            if self.copy(look.level, place, look.first, first) && self.copy(look.level, place, look.second, second) {
+            let is_there = self.copy(look.level, place, look.first, first);
+            if is_there && look.share == 0.0 {
+                see(tangents, own, first, look);
+            } else if is_there && self.copy(look.level, place, look.second, second) {
                 see(tangents, own, &between(first, second, look.share), look);
             } else if self.wrap == [false; 2] {
                 return;
@@ -210,7 +224,7 @@ fn raised(horizon: &Horizon<'_>, ray: &Ray, place: [usize; 2], own: &[f32; LANES
             }
         }
     }
-    // a copy, so that the others stay in registers
+    // a copy, because a call could not take tangents that are in registers
     let mut tangents = near;
     if inside < looks.len() {
         horizon.raise_beyond(&looks[inside..], place, &own, &mut tangents);
@@ -237,5 +251,78 @@ fn see(tangents: &mut [f32; LANES], own: &[f32; LANES], heights: &[f32; LANES], 
     for lane in 0..LANES {
         let seen = (heights[lane] - own[lane]) * look.per_m;
         tangents[lane] = if seen > tangents[lane] { seen } else { tangents[lane] };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Boundary, Edge, World};
+
+    use super::*;
+    use crate::{numerics::math, prelude::*, testing};
+
+    inputs! {
+        /// Terrain height.
+        height: Height;
+    }
+
+    /// Tangents sample by sample and cell by cell.
+    fn reference(horizon: &Horizon<'_>, ray: usize, [i, j]: [usize; 2]) -> f32 {
+        let [nx, ny] = [horizon.window.nx() as i64, horizon.window.ny() as i64];
+        let height = |look: &Look, shift: [i64; 2]| {
+            let [x, y] = [i as i64 + shift[0], j as i64 + shift[1]];
+            let [x, y] = [
+                if horizon.wrap[0] { x.rem_euclid(nx) } else { x },
+                if horizon.wrap[1] { y.rem_euclid(ny) } else { y },
+            ];
+            let is_inside = (0..nx).contains(&x) && (0..ny).contains(&y);
+            is_inside.then(|| horizon.lands[look.level][y as usize * horizon.stride() + horizon.margin + x as usize])
+        };
+        let own = horizon.height[j * nx as usize + i];
+        let seen = horizon.rays[ray].looks.iter().filter_map(|look| {
+            let (first, second) = (height(look, look.first)?, height(look, look.second)?);
+            Some((first + (second - first) * look.share - own) * look.per_m)
+        });
+        seen.fold(0.0, f32::max).min(STEEPEST)
+    }
+
+    fn compare(job: &Job<'_>) -> Result<Outputs, NodeError> {
+        let height = Inputs::read(job)?.height;
+        let rays =
+            Rays::new((0..16).map(|k| 22.5 * f64::from(k) + 1.0).chain([0.0, 90.0, 225.0]), 3000.0, job.world(), 0.1);
+        let horizon = Horizon::new(job, [0.0, 1.0], height, rays)?;
+        let (nx, ny) = (job.window().nx(), job.window().ny());
+        let mut found = vec![0.0; nx];
+        for ray in 0..horizon.rays() {
+            for j in 0..ny {
+                for part in [0..nx, nx / 3..nx] {
+                    horizon.tangents(ray, j, part.clone(), &mut found);
+                    for (tangent, i) in found.iter().zip(part) {
+                        assert_eq!(
+                            *tangent,
+                            reference(&horizon, ray, [i, j]),
+                            "{nx} x {ny}, direction {ray}, {i}, {j}"
+                        );
+                    }
+                }
+            }
+        }
+        Ok(Outputs::default())
+    }
+
+    /// Narrow and wide worlds, whose sides are open or periodic, with distances beyond the margins and beyond the world.
+    #[test]
+    fn blocks_give_what_single_cells_do() {
+        for (nx, ny) in [(1, 9), (40, 30), (200, 24), (700, 5)] {
+            for [x, y] in
+                [[Edge::Open; 2], [Edge::Periodic, Edge::Open], [Edge::Open, Edge::Periodic], [Edge::Periodic; 2]]
+            {
+                let boundary = Boundary { west: x, east: x, north: y, south: y };
+                let world = World { boundary, ..testing::world(nx, ny, 10.0) };
+                let height = testing::field(world, |x, y| 90.0 * math::sin(x / 37.0) * math::cos(y / 23.0) + x % 70.0);
+                let node = Node { cpu: compare, inputs: Inputs::PORTS, ..Node::DEFAULT };
+                testing::outputs(&node, &ParamValues::default(), &[("height", &height)]).expect("equal tangents");
+            }
+        }
     }
 }

@@ -109,9 +109,9 @@ impl Rays {
     pub fn bytes(&self, window: &Window) -> u64 {
         let looks: usize = self.rays.iter().map(Vec::len).sum();
         let cells = (window.nx() + 2 * self.margin(window)) * window.ny();
-        // one more while a level is smoothed
-        let levels = self.levels() + 1;
-        ((levels * cells + window.len().min(self.levels() * window.len())) * size_of::<f32>()
+        // the terrain and its levels, and a level without margins while it is smoothed
+        let smoothed = if self.levels() > 0 { window.len() } else { 0 };
+        (((self.levels() + 1) * cells + smoothed) * size_of::<f32>()
             + looks * (size_of::<Look>() + size_of::<[isize; 2]>())) as u64
     }
 
