@@ -12,7 +12,6 @@ mod resolution;
 mod run;
 mod scratch;
 pub mod soak;
-mod subjects;
 mod validation;
 
 pub use bless::{blessing, golden_folder, write_golden};
@@ -24,7 +23,7 @@ pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
 pub use run::{
     Case, REACHING, STEPPED, cases, data_folder, evaluate, evaluate_window, example, extreme_worlds, inputs, layered,
-    lengths, one_step_of_ice, options, others, pictured, plain, reaching, set, wired,
+    lengths, one_step_of_ice, options, others, plain, reaching, set, wired,
 };
 pub use scratch::{Scratch, scratch, scratch_in, scratches};
 pub use validation::{MODELS, PRESETS, root, validation_hash};

@@ -11,10 +11,7 @@ use orograph_graph::{
     Node, NodeIndex, ParamValue, Port, Registry, Stop, Store, Unit, Value, Warnings, Waypoint, Window, World,
 };
 
-use crate::{
-    land::{LAND, SELECTION, world},
-    subjects::{PICTURE_LAND, SUBJECTS},
-};
+use crate::land::{LAND, SELECTION, world};
 
 /// A node wired to test terrain, with certain parameters.
 #[derive(Clone)]
@@ -86,20 +83,6 @@ pub fn example(node: &'static Node) -> Case {
 fn on_one_grid(case: Case) -> Case {
     let has_levels = case.kind().levels.is_some();
     if has_levels { set(case, &[("schedule", ParamValue::Choice("full"))]) } else { case }
-}
-
-/// The same on realistic terrain, or with other arguments on terrain that suits the node, and the side of its world in
-/// metres.
-///
-/// # Panics
-/// When the example has a problem.
-#[must_use]
-pub fn pictured(node: &'static Node) -> (Case, f64) {
-    let own = SUBJECTS.iter().find(|subject| subject.nodes.iter().any(|(id, _)| *id == node.id));
-    let Some(subject) = own else { return (example_on(PICTURE_LAND, node, node.example), crate::world(1).size[0]) };
-    let arguments =
-        subject.nodes.iter().find(|(id, _)| *id == node.id).map_or(node.example, |(_, arguments)| arguments);
-    (example_on(subject.land, node, arguments), subject.side_m)
 }
 
 /// Filters with a radius: their title, the node, and all arguments but the last, which is the radius.

@@ -26,6 +26,8 @@ pub enum Unit {
     SquareMetresPerYear,
     /// Angles, in degrees.
     Degrees,
+    /// Compass directions, in degrees clockwise from north: 0 and 360 are the same.
+    Azimuth,
     /// Counts.
     Count,
     /// The coefficient K of the stream-power law, in m^(1−2m)/yr: its dimension depends on the exponent m.
@@ -61,7 +63,7 @@ type Suffix = (&'static str, f64);
 
 impl Unit {
     /// Every unit, in declaration order.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::One,
         Self::Metres,
         Self::SquareMetres,
@@ -71,6 +73,7 @@ impl Unit {
         Self::CubicMetresPerYear,
         Self::SquareMetresPerYear,
         Self::Degrees,
+        Self::Azimuth,
         Self::Count,
         Self::Erodibility,
         Self::Seconds,
@@ -99,7 +102,7 @@ impl Unit {
             Self::MetresPerYear => "m/yr",
             Self::CubicMetresPerYear => "m³/yr",
             Self::SquareMetresPerYear => "m²/yr",
-            Self::Degrees => "°",
+            Self::Degrees | Self::Azimuth => "°",
             Self::Erodibility => "m^(1−2m)/yr",
             Self::Seconds => "s",
             Self::PerSecond => "1/s",
@@ -116,7 +119,7 @@ impl Unit {
         }
     }
 
-    /// The unit of that symbol; a plain number if it is empty.
+    /// The unit of that symbol; a plain number if it is empty, and an angle if it is °.
     #[must_use]
     pub fn of_symbol(symbol: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|unit| unit.symbol() == symbol)
@@ -135,6 +138,7 @@ impl Unit {
             Self::CubicMetresPerYear => "a flux in m³/yr",
             Self::SquareMetresPerYear => "a diffusivity in m²/yr",
             Self::Degrees => "an angle in °",
+            Self::Azimuth => "a direction in °",
             Self::Count => "a count",
             Self::Erodibility => "an erodibility in m^(1−2m)/yr",
             Self::Seconds => "a time in s",
@@ -173,7 +177,7 @@ impl Unit {
             ],
             Self::CubicMetresPerYear => &[("m³/yr", 1.0), ("m3/yr", 1.0), ("km³/yr", 1e9), ("km3/yr", 1e9)],
             Self::SquareMetresPerYear => &[("m²/yr", 1.0), ("m2/yr", 1.0), ("m²/kyr", 1e-3), ("m2/kyr", 1e-3)],
-            Self::Degrees => &[("°", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
+            Self::Degrees | Self::Azimuth => &[("°", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
             Self::Erodibility => &[("m^(1−2m)/yr", 1.0), ("m^(1-2m)/yr", 1.0)],
             Self::Seconds => &[("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)],
             Self::PerSecond => &[("1/s", 1.0), ("1/min", 1.0 / 60.0), ("1/h", 1.0 / 3600.0)],
@@ -215,7 +219,7 @@ impl Unit {
             Self::SquareMetres => &[("km²", 1e6), ("m²", 1.0)],
             Self::Years => &[("Myr", 1e6), ("kyr", 1e3), ("yr", 1.0)],
             Self::MetresPerYear => &[("m/yr", 1.0), ("mm/yr", 1e-3)],
-            Self::Degrees => return format!("{}°", plain(value)),
+            Self::Degrees | Self::Azimuth => return format!("{}°", plain(value)),
             other => &[(other.symbol(), 1.0)],
         };
         let magnitude = value.abs();

@@ -114,7 +114,7 @@ impl<'a> Around<'a> {
 
 /// A picture of a part of the world as the viewport shows it, in the tints of the whole: as [`of_field`], but without
 /// the shadows of terrain, which may be outside the part, and with numbers that have a unit in the colours of
-/// [`NUMBERS`] and not in greys, which light and shadow of a 3D view would change.
+/// [`palette_of`] and not in greys, which light and shadow of a 3D view would change.
 #[must_use]
 pub fn of_part(part: &Field, ty: PortType, around: Around<'_>) -> Field {
     let Around { whole, beside, water } = around;
@@ -134,7 +134,7 @@ pub fn of_part(part: &Field, ty: PortType, around: Around<'_>) -> Field {
         },
         PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
         PortType::Scalar(_) => {
-            let colours = coloured(part, &Scale::of(whole, ty));
+            let colours = coloured(part, &Scale::of(whole, ty), palette_of(ty));
             match beside {
                 Beside::Ground { part: ground, whole } => {
                     let level = Field::constant(Window::whole(World { cells: [3, 3], ..World::default() }), 0.0);
@@ -216,8 +216,14 @@ fn flooded(colours: &Field, depths: &Field) -> Field {
     Field::with_planes(*colours.window(), 3, WATER.into_iter().enumerate().flat_map(plane).collect())
 }
 
-/// The palette of numbers in the viewport.
-pub const NUMBERS: Palette = Palette::Viridis;
+/// The palette of numbers in the viewport: one without a seam for directions.
+#[must_use]
+pub const fn palette_of(ty: PortType) -> Palette {
+    match ty {
+        PortType::Scalar(Unit::Azimuth) => Palette::Compass,
+        _ => Palette::Viridis,
+    }
+}
 
 /// Colours in a table of a palette.
 pub(crate) const TINTS: usize = 256;
@@ -257,6 +263,8 @@ impl Scale {
                 let least = numbers.plane(0).iter().copied().filter(|v| *v > 0.0).fold(f32::INFINITY, f32::min);
                 Self { range: [least, high], logarithmic: true }
             }
+            // level ground, which faces nowhere, is -1
+            PortType::Scalar(Unit::Azimuth) => Self { range: [0.0, 360.0], logarithmic: false },
             _ => Self::linear(numbers),
         }
     }
@@ -301,9 +309,14 @@ impl Scale {
     }
 }
 
-fn coloured(field: &Field, scale: &Scale) -> Field {
-    let tints = tints(NUMBERS);
-    let tint = |v: f32| tints[(scale.level(v).clamp(0.0, 1.0) * (TINTS - 1) as f32 + 0.5) as usize];
+/// Numbers in the colours of a palette; level ground, which faces nowhere, in grey.
+fn coloured(field: &Field, scale: &Scale, palette: Palette) -> Field {
+    const NOWHERE: [f32; 3] = [0.4; 3];
+    let tints = tints(palette);
+    let tint = |v: f32| match palette {
+        Palette::Compass if v < 0.0 => NOWHERE,
+        _ => tints[(scale.level(v).clamp(0.0, 1.0) * (TINTS - 1) as f32 + 0.5) as usize],
+    };
     let numbers = field.plane(0);
     let samples = (0..3).into_par_iter().flat_map(|plane| numbers.par_iter().map(move |v| tint(*v)[plane]));
     Field::with_planes(*field.window(), 3, samples.collect())
@@ -517,9 +530,17 @@ mod tests {
             None
         );
         let picture = of_part(&numbers, PortType::Scalar(Unit::Metres), Around::whole(&numbers));
-        let tints = tints(NUMBERS);
-        let pixel = |at: usize| [0, 1, 2].map(|plane| picture.plane(plane)[at]);
-        assert_eq!((pixel(0), pixel(2)), (tints[0], tints[TINTS - 1]));
+        let pixel = |picture: &Field, at: usize| [0, 1, 2].map(|plane| picture.plane(plane)[at]);
+        let ends = tints(Palette::Viridis);
+        assert_eq!((pixel(&picture, 0), pixel(&picture, 2)), (ends[0], ends[TINTS - 1]));
+        // just east and just west of north look alike, and level ground differs from both
+        let directions = Field::new(Window::whole(world), vec![0.5, 359.5, 180.0, -1.0, 90.0]);
+        let picture = of_part(&directions, PortType::Scalar(Unit::Azimuth), Around::whole(&directions));
+        let apart = |a: usize, b: usize| {
+            let (a, b) = (pixel(&picture, a), pixel(&picture, b));
+            a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>()
+        };
+        assert!(apart(0, 1) < 0.02 && apart(0, 3) > 0.1 && apart(0, 2) > 0.5, "a circle of hues");
     }
 
     /// Numbers are brighter on slopes that face the light, a mask is red on grey, and water is blue where it stands.

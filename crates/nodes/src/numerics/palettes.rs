@@ -33,6 +33,8 @@ choice! {
         Viridis = "viridis",
         /// Black to white, linear in light.
         Grey = "grey",
+        /// For directions: a circle of hues of equal lightness: blue in the north, pink in the east, ochre in the south.
+        Compass = "compass",
     }
 }
 
@@ -77,6 +79,22 @@ const VIRIDIS: [(f64, u32); 9] = [
     (0.875, 0xaddc30),
     (1.0, 0xfde725),
 ];
+/// Hues of lightness 0.7 and chroma 0.115 in OKLCH, 30° apart.
+const COMPASS: [(f64, u32); 13] = [
+    (0.0, 0x6ca1e5),
+    (1.0 / 12.0, 0x9794e3),
+    (2.0 / 12.0, 0xb988d0),
+    (3.0 / 12.0, 0xd180af),
+    (4.0 / 12.0, 0xdc7f87),
+    (5.0 / 12.0, 0xd98660),
+    (6.0 / 12.0, 0xc89344),
+    (7.0 / 12.0, 0xa9a245),
+    (8.0 / 12.0, 0x7fae64),
+    (9.0 / 12.0, 0x4cb58c),
+    (10.0 / 12.0, 0x1db4b4),
+    (11.0 / 12.0, 0x3aadd4),
+    (1.0, 0x6ca1e5),
+];
 const GREY: [(f64, u32); 2] = [(0.0, 0x000000), (1.0, 0xffffff)];
 
 impl Palette {
@@ -95,6 +113,7 @@ impl Palette {
             Self::Volcanic => &VOLCANIC,
             Self::Viridis => &VIRIDIS,
             Self::Grey => &GREY,
+            Self::Compass => &COMPASS,
             // depths are tabulated from the shore down
             Self::Sea => {
                 let deepest_first = tints::WATER.iter().rev();

@@ -29,7 +29,7 @@ inputs! {
 
 outputs! {
     /// Direction, 0° to 360° clockwise from north; −1 on level ground.
-    aspect: Scalar(Degrees);
+    aspect: Scalar(Azimuth);
     /// 1 where the ground faces the chosen directions.
     mask: Mask;
 }
@@ -37,6 +37,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Aspect",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[] }],
     category: "select",
     summary: "The compass direction that the ground faces, and a mask of a range of directions.",
     doc: include_str!("aspect.md"),

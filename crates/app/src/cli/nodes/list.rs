@@ -43,7 +43,7 @@ pub fn markdown(registry: &Registry) -> String {
 /// The list in Markdown with the picture of each node.
 pub fn contact_sheet(registry: &Registry) -> String {
     listed(registry, "picture | node | what it does", |node| {
-        let picture = if is_pictured(node) { format!("![{0}](pictures/{0}.png)", node.id) } else { String::new() };
+        let picture = if is_pictured(node) { format!("![{0}](pictures/{0}.jpg)", node.id) } else { String::new() };
         format!("{picture} | [{0}]({0}.md)", node.id)
     })
 }

@@ -12,8 +12,8 @@ pub fn render(node: &NodePage) -> String {
 /// The page in Markdown with the node's picture.
 pub fn illustrated(node: &NodePage) -> String {
     let picture = format!(
-        "![The first output of {0}. If the node changes terrain: before on the left, after on the right.]\
-         (pictures/{0}.png)\n\n",
+        "![What {0} gives. If it changes what it is given: before on the left, after on the right.]\
+         (pictures/{0}.jpg)\n\n",
         node.id
     );
     page(node, if node.pictured { &picture } else { "" })

@@ -65,7 +65,7 @@ impl Args {
 }
 
 /// The whole manual in Markdown, as file names and contents: the list, `README.md`, and a page for each node. Both show
-/// the pictures `pictures/NODE.png`, which are rendered from the examples of the nodes.
+/// the pictures `pictures/NODE.jpg`.
 #[must_use]
 pub fn manual(registry: &Registry) -> Vec<(String, String)> {
     let page = |node: &'static Node| (format!("{}.md", node.id), markdown::illustrated(&NodePage::of(node)));

@@ -133,13 +133,13 @@ impl NodePage {
     }
 }
 
-/// Returns true if the first output of a node is a raster.
+/// Returns true if an output of a node is a raster.
 pub fn is_pictured(node: &Node) -> bool {
-    match node.outputs.first().map(|output| output.ty) {
-        Some(OutputType::Fixed(ty)) => ty.planes().is_some() && !node.is_subgraph(),
-        Some(OutputType::SameAs(_) | OutputType::Chosen(_)) => !node.is_subgraph(),
-        None => false,
-    }
+    let is_raster = |ty: &OutputType| match ty {
+        OutputType::Fixed(ty) => ty.planes().is_some(),
+        OutputType::SameAs(_) | OutputType::Chosen(_) => true,
+    };
+    !node.is_subgraph() && node.outputs.iter().any(|output| is_raster(&output.ty))
 }
 
 /// The declarations of a graph file, as the event of `check --json --describe`.

@@ -4,7 +4,7 @@ use egui::{Align2, Color32, FontId, Id, Mesh, Rect, Sense, Shape, Ui, WidgetInfo
 use orograph_graph::PortType;
 
 use super::{Shown, map::short};
-use crate::export::picture::{NUMBERS, Scale, tints};
+use crate::export::picture::{Scale, palette_of, tints};
 
 /// Size of the bar of colours in points, and its distance from the corner.
 const SIZE: egui::Vec2 = vec2(190.0, 10.0);
@@ -24,7 +24,7 @@ impl Legend {
         let room = pane.width() > SIZE.x + 2.0 * MARGIN && pane.height() > 120.0;
         let PortType::Scalar(unit) = shown.ty else { return pane.top() };
         let Some(values) = self.values(shown).filter(|_| room) else { return pane.top() };
-        draw(ui, pane, &shown.port, &values.map(|value| short(unit, f64::from(value))))
+        draw(ui, pane, shown, &values.map(|value| short(unit, f64::from(value))))
     }
 
     /// The numbers at the ends and in the middle of the scale.
@@ -39,13 +39,14 @@ impl Legend {
 }
 
 /// Draws the legend; returns its lower end.
-fn draw(ui: &Ui, pane: Rect, port: &str, values: &[String; 3]) -> f32 {
+fn draw(ui: &Ui, pane: Rect, shown: &Shown, values: &[String; 3]) -> f32 {
+    let port = &shown.port;
     let painter = ui.painter_at(pane);
     let bar = Rect::from_min_size(pane.left_top() + vec2(MARGIN, MARGIN + 18.0), SIZE);
     let all = Rect::from_min_max(bar.min - vec2(8.0, 24.0), bar.max + vec2(8.0, 20.0));
     painter.rect_filled(all, 3.0, Color32::from_black_alpha(150));
     let mut mesh = Mesh::default();
-    let colours = tints(NUMBERS);
+    let colours = tints(palette_of(shown.ty));
     for (at, [r, g, b]) in colours.iter().enumerate() {
         let x = bar.left() + bar.width() * at as f32 / (colours.len() - 1) as f32;
         let colour = egui::Rgba::from_rgb(*r, *g, *b).into();
