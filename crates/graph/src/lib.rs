@@ -54,7 +54,7 @@ pub use document::{
 };
 pub use eval::{
     Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, LiveNode, Origin,
-    Request, Store, StoreFolder, Trust, Usage,
+    Request, Store, StoreFolder, Trust, Usage, code_is_in,
 };
 pub use field::Field;
 pub use given::Given;

@@ -37,6 +37,11 @@ pub fn configure(
 }
 
 fn make(threads: Option<NonZero<usize>>, cache: Option<PathBuf>, memory: Option<usize>) -> Result<Builder, Failure> {
+    // results on disk belong to this build of the package, and not to the interpreter that runs
+    let code = Python::attach(|py| py.import("orograph._orograph")?.filename()?.extract::<PathBuf>());
+    if let Ok(code) = code {
+        orograph_graph::code_is_in(code);
+    }
     let storage = Storage { no_cache: cache.is_none(), cache, cache_trust: false };
     Builder::new(&Means { backend: BackendName::Cpu, threads, storage }, memory.unwrap_or_else(memory_budget))
 }

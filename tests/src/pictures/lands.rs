@@ -8,9 +8,17 @@ pub(super) const BROAD_M: f64 = 16_384.0;
 
 /// A range cut by rivers.
 pub(super) const MOUNTAINS: Land = &[
-    ("hills", "Ridged", r#"wavelength: "6 km", octaves: 10, amplitude: "450 m", seed: 8"#),
-    ("rise", "Uplift", r#"radius: "9 km", rate: "1.2 mm/yr""#),
-    ("base", "StreamPower", r#"height: "hills", uplift: "rise", duration: "2.5 Myr""#),
+    ("hills", "Ridged", r#"wavelength: "5 km", octaves: 9, amplitude: "350 m", seed: 4"#),
+    (
+        "rise",
+        "Uplift",
+        r#"shape: range, path: [("-3 km", "15 km"), ("20 km", "2 km")], front: "9 km", back: "6 km", rate: "1 mm/yr""#,
+    ),
+    (
+        "base",
+        "StreamPower",
+        r#"height: "hills", uplift: "rise", reference_rate: "0.4 mm/yr", duration: "2 Myr", headwater_area: "0.3 km²", winding: 0.4, roughness_variation: 0.5"#,
+    ),
 ];
 
 /// Hills of noise.
@@ -23,14 +31,8 @@ pub(super) const REAL_M: f64 = 15_360.0;
 /// The elevation model beside the graphs: Big Tujunga in California.
 pub(super) const REAL: Land = &[("base", "Import", r#"file: "data/bigtujunga_512_30m.tif", placement: stretch"#)];
 
-/// Side of the world of its close-up in metres.
+/// Side of the world of a third of it, in metres.
 pub(super) const CLOSE_M: f64 = 5000.0;
-
-/// A third of that model.
-pub(super) const CLOSE: Land = &[
-    ("model", "Import", r#"file: "data/bigtujunga_512_30m.tif", placement: stretch"#),
-    ("base", "Transform", r#"value: "model", pivot: (1500, 1500), stretch: 3"#),
-];
 
 /// Side of the world of the cliffs in metres.
 pub(super) const CLIFFS_M: f64 = 1800.0;

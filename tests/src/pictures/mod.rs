@@ -9,10 +9,11 @@ use std::{
 use image::{DynamicImage, Rgb, RgbImage, codecs::jpeg::JpegEncoder};
 use orograph::export::picture::{self, Around, Beside, View};
 use orograph_graph::{
-    Document, Evaluator, EvaluatorOptions, Field, Graph, Node, Port, PortType, Srgb, Unit, Value, Window, World,
+    Boundary, Document, Edge, Evaluator, EvaluatorOptions, Field, Graph, Node, Port, PortType, Srgb, Unit, Value,
+    Window, World,
 };
 use orograph_nodes::{
-    numerics::{light, math},
+    numerics::{light, math, palettes::Palette},
     registry,
     render::hillshade,
 };
@@ -36,8 +37,11 @@ const GAP: usize = 4;
 /// Quality of the pictures, of 100.
 const QUALITY: u8 = 85;
 
+/// Largest share of a cover: the ground below it shows through.
+const MOST_COVER: f32 = 0.85;
+
 /// Nodes whose pictures have their own light.
-const LIT: [&str; 4] = ["Blend", "Hillshade", "Occlusion", "Sun"];
+const LIT: [&str; 4] = ["Hillshade", "Occlusion", "Slope", "Sun"];
 
 /// The folder of the manual's pictures.
 #[must_use]
@@ -58,8 +62,10 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
     }
     let subject = SUBJECTS.iter().find(|subject| subject.id == node.id)?;
     let drawing = Drawing::new(subject);
+    let drawn = |port: &Port| subject.output.is_none_or(|name| node.outputs[port.output].name == name);
     let raster = |port: &Port| drawing.graph.output_type(*port).planes().is_some();
-    let port = (0..node.outputs.len()).map(|output| drawing.port("node", output)).find(raster)?;
+    let port =
+        (0..node.outputs.len()).map(|output| drawing.port("node", output)).find(|port| raster(port) && drawn(port))?;
     let ty = drawing.graph.output_type(port);
     let field = drawing.field(port)?;
     let before = drawing
@@ -74,9 +80,9 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
             let light = hillshade::Params::fitted(&field).casting(&field);
             let after = match COVERS.iter().find(|cover| cover.id == node.id) {
                 Some(cover) => covered(&field, &drawing.output(cover.output)?, &light, cover),
-                None => relief(&field, &light),
+                None => relief(&field, &light, subject.palette),
             };
-            (before.map(|before| relief(&before, &light)), after)
+            (before.map(|before| relief(&before, &light, subject.palette)), after)
         }
         _ => match (COVERS.iter().find(|cover| cover.id == node.id), &ground) {
             (Some(cover), Some(ground)) => {
@@ -89,9 +95,13 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
             }
         },
     };
-    let after = shrunk(&after);
+    let [before, after] = [before, Some(after)].map(|picture| {
+        let picture = shrunk(&picture?);
+        Some(if node.id == "Tile" { tiled(&picture) } else { picture })
+    });
+    let after = after?;
     Some(match before {
-        Some(before) => jpeg(&beside(&shrunk(&before), &after)),
+        Some(before) => jpeg(&beside(&before, &after)),
         None => jpeg(&after),
     })
 }
@@ -132,7 +142,9 @@ impl Drawing {
         // a node that makes a coast is drawn with its sea
         let params = &graph.instance(graph.find("node").expect("just written")).params;
         let sea_level = params.get("sea").map(|_| params.read::<f64>("sea"));
-        let world = World { sea_level, size: [subject.side_m; 2], ..world((SIDE * FINER) as u32) };
+        // the sides of a new file
+        let boundary = Boundary::all(Edge::Inland);
+        let world = World { sea_level, size: [subject.side_m; 2], boundary, ..world((SIDE * FINER) as u32) };
         let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");
         Self { graph, world, evaluator }
     }
@@ -152,13 +164,33 @@ impl Drawing {
     fn field(&self, port: Port) -> Option<Field> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs");
         let values = self.evaluator.values(&self.graph, &folder, &[port], Window::whole(self.world));
-        values.expect("the graph of a picture").first().and_then(Value::as_field).map(Field::clone)
+        values.expect("the graph of a picture").first().and_then(Value::as_field).cloned()
     }
 }
 
-fn relief(height: &Field, light: &hillshade::Params) -> Field {
-    let [_, colour] = hillshade::relief(height, light);
-    colour
+/// A shaded relief in the colours of a map, or of a palette from the lowest to the highest place.
+fn relief(height: &Field, light: &hillshade::Params, palette: Option<Palette>) -> Field {
+    let [shade, colour] = hillshade::relief(height, light);
+    let Some(palette) = palette else { return colour };
+    let (low, high) = height.range(0).unwrap_or((0.0, 1.0));
+    let stops: Vec<(f64, [f64; 3])> =
+        palette.stops(0.0, 1.0).iter().map(|stop| (stop.at, light::linear(stop.colour))).collect();
+    let tint = |v: f32, plane: usize| {
+        let at = f64::from((v - low) / (high - low).max(1e-6));
+        let next = stops.iter().position(|stop| stop.0 >= at).unwrap_or(stops.len() - 1).max(1);
+        let ((from, a), (to, b)) = (stops[next - 1], stops[next]);
+        (a[plane] + (b[plane] - a[plane]) * (at - from) / (to - from)) as f32
+    };
+    lit(height.window(), &shade, |cell, plane| tint(height.plane(0)[cell], plane))
+}
+
+/// Colours in the light on terrain.
+fn lit(window: &Window, shade: &Field, colour: impl Fn(usize, usize) -> f32) -> Field {
+    let planes = (0..3).flat_map(|plane| {
+        let colour = &colour;
+        shade.plane(0).iter().enumerate().map(move |(cell, shade)| colour(cell, plane) * (0.25 + 1.1 * shade))
+    });
+    Field::with_planes(*window, 3, planes.collect())
 }
 
 /// What is not a height: on the terrain it was measured on, if there is one.
@@ -168,10 +200,7 @@ fn measured(field: &Field, ty: PortType, ground: Option<&Field>) -> Field {
     match (ty, ground) {
         (PortType::Colour, Some(ground)) => {
             let [shade, _] = hillshade::relief(ground, &hillshade::Params::fitted(ground));
-            let planes = (0..3).flat_map(|plane| {
-                field.plane(plane).iter().zip(shade.plane(0)).map(|(colour, shade)| colour * (0.25 + 1.1 * shade))
-            });
-            Field::with_planes(*field.window(), 3, planes.collect())
+            lit(field.window(), &shade, |cell, plane| field.plane(plane)[cell])
         }
         (PortType::Mask | PortType::Scalar(_), Some(ground)) => picture::of_part(field, ty, below(ground)),
         (PortType::Scalar(_), None) => picture::of_part(field, ty, Around::whole(field)),
@@ -213,7 +242,7 @@ fn covered(height: &Field, amount: &Field, params: &hillshade::Params, cover: &C
     for (plane, tint) in tint.into_iter().enumerate() {
         let plane = &mut samples[plane * window.len()..][..window.len()];
         for ((colour, shade), amount) in plane.iter_mut().zip(shade.samples()).zip(amount.samples()) {
-            let share = (amount / cover.full).clamp(0.0, 1.0);
+            let share = MOST_COVER * (amount / cover.full).clamp(0.0, 1.0);
             let lit = tint as f32 * (0.3 + 0.7 * shade / brightest);
             *colour += share * (lit - *colour);
         }
@@ -232,6 +261,18 @@ fn shrunk(colour: &Field) -> Field {
     };
     let pixels = (0..3).flat_map(|plane| (0..SIDE * SIDE).map(move |pixel| mean(colour.plane(plane), pixel)));
     Field::with_planes(Window::whole(world), 3, pixels.collect())
+}
+
+/// Four copies of a picture at half its size, side by side.
+fn tiled(picture: &Field) -> Field {
+    let pixel = |plane: usize, pixel: usize| {
+        let [i, j] = [pixel % SIDE, pixel / SIDE].map(|at| at * 2 % SIDE);
+        let at = |i: usize, j: usize| picture.plane(plane)[j * SIDE + i];
+        0.25 * (at(i, j) + at(i + 1, j) + at(i, j + 1) + at(i + 1, j + 1))
+    };
+    let pixel = &pixel;
+    let pixels = (0..3).flat_map(|plane| (0..SIDE * SIDE).map(move |at| pixel(plane, at)));
+    Field::with_planes(*picture.window(), 3, pixels.collect())
 }
 
 /// Two pictures of the same size, with a white gap between them.

@@ -1,7 +1,9 @@
 //! What each node is shown on in the manual, and what is drawn on it.
 
+use orograph_nodes::numerics::palettes::Palette;
+
 use super::lands::{
-    BANK, BROAD_M, CLIFFS, CLIFFS_M, CLOSE, CLOSE_M, HILLS, HOLLOWS, LAYERED, Land, MOUNTAINS, REAL, REAL_M, SCAN, SOFT,
+    BANK, BROAD_M, CLIFFS, CLIFFS_M, CLOSE_M, HILLS, HOLLOWS, LAYERED, Land, MOUNTAINS, REAL, REAL_M, SCAN, SOFT,
 };
 
 /// How a node is shown.
@@ -14,6 +16,10 @@ pub(super) struct Subject {
     pub(super) side_m: f64,
     /// The terrain, if it needs one.
     pub(super) land: Land,
+    /// The output that is drawn, if not the first raster.
+    pub(super) output: Option<&'static str>,
+    /// The colours of heights, if not those of a map.
+    pub(super) palette: Option<Palette>,
 }
 
 impl Subject {
@@ -21,27 +27,38 @@ impl Subject {
     pub(super) fn has_base(&self) -> bool {
         self.land.iter().any(|(name, ..)| *name == "base")
     }
+
+    /// Draws another output.
+    const fn of(self, output: &'static str) -> Self {
+        Self { output: Some(output), ..self }
+    }
+
+    /// Draws heights in other colours.
+    const fn in_colours(self, palette: Palette) -> Self {
+        Self { palette: Some(palette), ..self }
+    }
 }
 
 const fn shown(id: &'static str, side_m: f64, land: Land, arguments: &'static str) -> Subject {
-    Subject { id, arguments, side_m, land }
+    Subject { id, arguments, side_m, land, output: None, palette: None }
 }
 
 /// Nodes in the order of the manual.
 pub(super) const SUBJECTS: &[Subject] = &[
     shown("Constant", 1000.0, &[], "value: 250"),
-    shown("Crater", 60_000.0, &[], r#"diameter: "26 km", smallest: 700, cover: 0.1, seed: 3"#),
-    shown("Diffused", BROAD_M, &[], "correlation: 1200, octaves: 4"),
-    shown("Dunes", 7000.0, &[], ""),
-    shown("Faults", 30_000.0, &[], "faults: 40, throw: 700, seed: 2"),
-    shown("Fractal", BROAD_M, &[], r#"wavelength: "7 km", amplitude: "1.4 km", seed: 6"#),
+    shown("Crater", 60_000.0, &[], r#"diameter: "26 km", smallest: 700, cover: 0.1, seed: 3"#)
+        .in_colours(Palette::Desert),
+    shown("Diffused", BROAD_M, &[], "correlation: 1000, octaves: 1"),
+    shown("Dunes", 7000.0, &[], "").in_colours(Palette::Desert),
+    shown("Faults", 30_000.0, &[], "faults: 150, throw: 500, spread: 25, length: 24000, seed: 2"),
+    shown("Fractal", BROAD_M, &[], r#"kind: eroded, wavelength: "6 km", gain: 0.48, amplitude: "1.2 km", seed: 2"#),
     shown("Gradient", BROAD_M, &[], "form: radial, from: 900, to: 0, length: 7000"),
     shown(
         "Island",
         BROAD_M,
         &[
             ("hills", "Fractal", r#"kind: eroded, wavelength: "6 km", gain: 0.46, amplitude: "800 m", seed: 14"#),
-            ("base", "Combine", r#"a: "hills", b: 500"#),
+            ("base", "Combine", r#"a: "hills", b: 900"#),
         ],
         r#"height: "base", slope: 2500, irregularity: 0.8, seed: 3"#,
     ),
@@ -56,18 +73,23 @@ pub(super) const SUBJECTS: &[Subject] = &[
     shown("Perlin", BROAD_M, &[], "amplitude: 900, seed: 3"),
     shown("Range", BROAD_M, &[], "height: 3000, front: 3000, back: 4000, spacing: 3500, seed: 8"),
     shown("Ridged", 24_000.0, &[], ""),
-    shown("Route", BROAD_M, HILLS, r#"height: "base", spacing: 64, grade: 0.1, width: 120"#),
+    shown(
+        "Route",
+        REAL_M,
+        REAL,
+        r#"height: "base", path: [(1500, 13500), (13000, 2500)], spacing: 40, grade: 0.1, width: 100"#,
+    ),
     shown("Shape", BROAD_M, &[], "figure: ellipse, size: (6000, 10000), azimuth: 30"),
-    shown("Spectral", 20_000.0, &[], "relief: 400, seed: 5"),
-    shown("Volcano", BROAD_M, &[], "height: 1900"),
+    shown("Spectral", 20_000.0, &[], "relief: 350, beta: 3, seed: 5"),
+    shown("Volcano", BROAD_M, &[], "height: 1900, gullies: 0.45"),
     shown("Import", REAL_M, &[], r#"file: "data/bigtujunga_512_30m.tif", placement: stretch"#),
     shown("Clamp", BROAD_M, HILLS, r#"value: "base", low: -120, high: 260, knee: 40"#),
     shown(
         "Combine",
         BROAD_M,
         &[
-            ("base", "Fractal", r#"kind: eroded, wavelength: "9 km", gain: 0.46, amplitude: "700 m", seed: 7"#),
-            ("cone", "Range", "height: 1700, seed: 5"),
+            ("base", "Fractal", r#"kind: eroded, wavelength: "6 km", gain: 0.46, amplitude: "800 m", seed: 14"#),
+            ("cone", "Volcano", "centre: (9000, 8000), height: 1500, radius: 6000, gullies: 0.4"),
         ],
         r#"a: "base", b: "cone", mode: smooth_max, radius: 150"#,
     ),
@@ -90,7 +112,7 @@ pub(super) const SUBJECTS: &[Subject] = &[
     shown(
         "Normalise",
         BROAD_M,
-        &[("base", "Spectral", "relief: 90, beta: 2.9, seed: 9")],
+        &[("base", "Fractal", r#"kind: eroded, wavelength: "6 km", gain: 0.46, amplitude: "250 m", seed: 14"#)],
         r#"value: "base", measure: percentiles, to: (200, 1500)"#,
     ),
     shown("Remap", REAL_M, REAL, r#"value: "base", from: (600, 1900), to: (2, 14), quantity: scalar"#),
@@ -112,7 +134,7 @@ pub(super) const SUBJECTS: &[Subject] = &[
         "Carve",
         8000.0,
         &[("base", "Fractal", r#"kind: eroded, wavelength: "6 km", gain: 0.46, amplitude: "420 m", seed: 21"#)],
-        r#"height: "base", path: [(600, 800), (2600, 2300), (3300, 4200), (5200, 4700), (6000, 6600), (8200, 7400)], width: 160, depth: 90, bank: 350"#,
+        r#"height: "base", path: [(600, 600), (2900, 2600), (4300, 4600), (4500, 6200), (4200, 8200)], width: 160, depth: 60, bank: 600"#,
     ),
     shown("Despike", 8000.0, SCAN, r#"height: "base", radius: 200, threshold: 3"#),
     shown("Drain", 8000.0, HOLLOWS, r#"height: "base", cut: 0.4"#),
@@ -122,7 +144,7 @@ pub(super) const SUBJECTS: &[Subject] = &[
         BROAD_M,
         &[
             ("patches", "Perlin", r#"wavelength: "4 km", amplitude: "1 m", seed: 3"#),
-            ("mask", "Select", r#"value: "patches", from: 0.05, falloff: 0.1"#),
+            ("mask", "Select", r#"value: "patches", from: 0.05, falloff: 0"#),
         ],
         r#"value: "mask", radius: 250"#,
     ),
@@ -166,12 +188,12 @@ pub(super) const SUBJECTS: &[Subject] = &[
         "Components",
         BROAD_M,
         &[
-            ("patches", "Perlin", r#"wavelength: "3 km", amplitude: "1 m", seed: 3"#),
-            ("mask", "Select", r#"value: "patches", from: 0.1, falloff: 0.02"#),
+            ("patches", "Perlin", r#"wavelength: "2.5 km", gain: 0.6, amplitude: "1 m", seed: 3"#),
+            ("mask", "Select", r#"value: "patches", from: 0.12, falloff: 0"#),
         ],
-        r#"selection: "mask", least_area: 6e5"#,
+        r#"selection: "mask", least_area: "1.5 km²""#,
     ),
-    shown("Curvature", CLOSE_M, CLOSE, r#"height: "base", radius: 90, kind: tangential"#),
+    shown("Curvature", REAL_M, REAL, r#"height: "base", radius: 250, kind: tangential"#),
     shown(
         "Distance",
         BROAD_M,
@@ -184,38 +206,53 @@ pub(super) const SUBJECTS: &[Subject] = &[
         ],
         r#"lines: "streams.lines", limit: 1200"#,
     ),
-    shown("Occlusion", CLOSE_M, CLOSE, r#"height: "base", exaggeration: 1.5"#),
+    shown("Occlusion", REAL_M, REAL, r#"height: "base""#).of("sky"),
     shown("Position", REAL_M, REAL, r#"height: "base", radius: 600"#),
     shown(
         "Roughness",
         REAL_M,
         &[
             ("smooth", "Perlin", r#"wavelength: "6 km", octaves: 5, amplitude: "600 m", seed: 1"#),
-            ("rough", "Ridged", r#"wavelength: "1.5 km", amplitude: "400 m", seed: 2"#),
+            ("rough", "Ridged", r#"wavelength: "1.5 km", amplitude: "500 m", seed: 2"#),
             ("places", "Perlin", r#"wavelength: "9 km", octaves: 3, amplitude: "1 m", seed: 3"#),
-            ("where", "Select", r#"value: "places", from: 0, falloff: 0.3"#),
+            ("where", "Select", r#"value: "places", from: 0, falloff: 0.1"#),
             ("base", "Combine", r#"a: "smooth", b: "rough", mask: "where""#),
         ],
-        r#"height: "base", radius: 300"#,
+        r#"height: "base", radius: 150"#,
     ),
-    shown("Select", BROAD_M, HILLS, r#"value: "base", from: 0, to: 260, falloff: 60"#),
-    shown("Slope", CLOSE_M, CLOSE, r#"height: "base""#),
-    shown("Sun", CLOSE_M, CLOSE, r#"height: "base", day: 355"#),
-    shown("Wetness", CLOSE_M, CLOSE, r#"flow: "flow.flow""#),
-    shown("Blend", BROAD_M, MOUNTAINS, r#"below: "tint", above: "relief.colour", mode: multiply"#),
+    shown("Select", REAL_M, REAL, r#"value: "base", from: 900, to: 1300, falloff: 60"#),
+    shown("Slope", REAL_M, REAL, r#"height: "base""#),
+    shown("Sun", REAL_M, REAL, r#"height: "base""#),
+    shown("Wetness", REAL_M, REAL, r#"flow: "flow.flow""#),
+    shown(
+        "Blend",
+        REAL_M,
+        &[
+            ("base", "Import", r#"file: "data/bigtujunga_512_30m.tif", placement: stretch"#),
+            ("rock", "Ramp", r#"value: "base""#),
+            ("white", "Ramp", r##"value: "base", palette: stops, stops: [(0, "#f4f6f8")]"##),
+            ("snow", "Snow", r#"height: "base", temperature: 14, precipitation: 2"#),
+        ],
+        r#"below: "rock", above: "white", mask: "snow.mask""#,
+    ),
     shown("Hillshade", REAL_M, REAL, r#"height: "base", altitude: 30"#),
-    shown("Landcover", BROAD_M, MOUNTAINS, r#"height: "base", area: "flow.area", tree_line: 1500, grass_line: 2000"#),
-    shown("NormalMap", CLOSE_M, CLOSE, r#"height: "base", exaggeration: 2"#),
-    shown("Ramp", BROAD_M, HILLS, r#"value: "base", palette: canyon"#),
+    shown(
+        "Landcover",
+        REAL_M,
+        REAL,
+        r#"height: "base", area: "flow.area", tree_line: 1500, grass_line: 2100, bare_from: 34, bare_to: 50"#,
+    ),
+    shown("NormalMap", REAL_M, REAL, r#"height: "base""#),
+    shown("Ramp", REAL_M, REAL, r#"value: "base""#),
     shown(
         "Splat",
-        BROAD_M,
+        REAL_M,
         &[
-            ("base", "Fractal", r#"kind: eroded, wavelength: "6 km", gain: 0.46, amplitude: "800 m", seed: 14"#),
-            ("steep", "Slope", r#"height: "base", from: 14, to: 90, falloff: 4"#),
-            ("high", "Select", r#"value: "base", from: 260, to: 5000, falloff: 40"#),
+            ("base", "Import", r#"file: "data/bigtujunga_512_30m.tif", placement: stretch"#),
+            ("steep", "Slope", r#"height: "base", from: 28, to: 90, falloff: 8"#),
+            ("high", "Select", r#"value: "base", from: 1700, to: 5000, falloff: 150"#),
         ],
-        r#"second: "steep.mask", third: "high", sharpness: 2"#,
+        r#"second: "steep.mask", third: "high""#,
     ),
     shown(
         "Flexure",
@@ -230,12 +267,17 @@ pub(super) const SUBJECTS: &[Subject] = &[
     shown("Outcrop", 8000.0, LAYERED, r#"height: "base", strata: "strata.strata""#),
     shown("Rock", 40_000.0, &[("base", "Perlin", r#"wavelength: "12 km", amplitude: "1.2 km""#)], r#"height: "base""#),
     shown("Stratify", 8000.0, LAYERED, r#"height: "base", dip: 8, count: 6, fold_height: 300"#),
-    shown("Uplift", BROAD_M, &[], "centre: (8000, 8000), radius: 5000, rate: 0.001"),
+    shown(
+        "Uplift",
+        40_000.0,
+        &[],
+        r#"shape: range, path: [("-5 km", "28 km"), ("18 km", "22 km"), ("45 km", "6 km")], front: "14 km", back: "3 km", rate: "1 mm/yr", variation: 0.5"#,
+    ),
     shown("Basins", BROAD_M, MOUNTAINS, r#"flow: "flow.flow", smallest: 4e6"#),
     shown("Flow", BROAD_M, MOUNTAINS, r#"height: "base""#),
     shown("Lakes", 8000.0, HOLLOWS, r#"height: "base", smallest: 0"#),
     shown("Rivers", BROAD_M, MOUNTAINS, r#"flow: "flow.flow", channel_area: 5e5, width: 60"#),
-    shown("Snow", BROAD_M, MOUNTAINS, r#"height: "base", temperature: 10, precipitation: 2"#),
+    shown("Snow", REAL_M, REAL, r#"height: "base", temperature: 14, precipitation: 2"#),
     shown("Steepness", BROAD_M, MOUNTAINS, r#"flow: "flow.flow", channel_area: 5e5"#),
     shown("Creep", 1000.0, SOFT, r#"height: "base", diffusivity: 0.02, duration: 30000"#),
     shown(
@@ -258,14 +300,14 @@ pub(super) const SUBJECTS: &[Subject] = &[
         ],
         r#"height: "base", size: 1, slope: 14"#,
     ),
-    shown("Glacial", BROAD_M, MOUNTAINS, r#"height: "base", ela: 1000, warming: 200, ice_cell: 150"#),
+    shown("Glacial", BROAD_M, MOUNTAINS, r#"height: "base", ela: 900, warming: 100, ice_cell: 75"#),
     shown(
         "HydraulicPipe",
         1000.0,
         BANK,
         r#"height: "base", rain: 40, duration: 3600, regolith: 30, entrainment: 0.05, width: 40"#,
     ),
-    shown("Landslide", CLIFFS_M, CLIFFS, r#"height: "base", repose: 24, rate: 12"#),
+    shown("Landslide", CLIFFS_M, CLIFFS, r#"height: "base", repose: 28, rate: 5"#),
     shown(
         "Rills",
         CLOSE_M,
@@ -302,11 +344,13 @@ pub(super) struct Cover {
 }
 
 /// Nodes whose terrain alone does not show what they do.
-pub(super) const COVERS: [Cover; 6] = [
-    Cover { id: "Drain", output: "fill", full: 6.0, colour: 0xd9_c0_8c },
-    Cover { id: "Fans", output: "thickness", full: 3.0, colour: 0xd9_c0_8c },
-    Cover { id: "Glacial", output: "ice", full: 20.0, colour: 0xe2_ec_f4 },
-    Cover { id: "Lakes", output: "depth", full: 4.0, colour: 0x3f_6f_95 },
+pub(super) const COVERS: &[Cover] = &[
+    Cover { id: "Drain", output: "fill", full: 25.0, colour: 0xe8_cf_9a },
+    Cover { id: "Fans", output: "thickness", full: 25.0, colour: 0xe8_cf_9a },
+    Cover { id: "Glacial", output: "ice", full: 20.0, colour: 0xa9_cb_e3 },
+    Cover { id: "Lakes", output: "depth", full: 12.0, colour: 0x3f_6f_95 },
+    Cover { id: "Landslide", output: "deposit", full: 12.0, colour: 0xd9_b9_8c },
     Cover { id: "Rivers", output: "cover", full: 0.4, colour: 0x3f_6f_95 },
     Cover { id: "Snow", output: "mask", full: 1.0, colour: 0xfa_fb_fd },
+    Cover { id: "Weathering", output: "debris", full: 6.0, colour: 0xe8_cf_9a },
 ];

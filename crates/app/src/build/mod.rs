@@ -17,7 +17,6 @@ use orograph_graph::{
     Cancel, Delivered, Document, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port,
     PortType, Value,
 };
-use orograph_nodes::raster;
 
 use self::{
     request::{Means, Request},
@@ -29,6 +28,7 @@ use crate::{
         geojson::Coordinates,
         outputs::{Holes, OutputFolder, OutputOptions, OutputWriter, Written, check_holes},
     },
+    files::read_by,
     machine,
     report::{
         expect::{Expected, Watch},
@@ -276,8 +276,7 @@ impl Builder {
         if request.outputs.iter().any(|output| output.ty == PortType::Lines) {
             Coordinates::new(options.lines, &request.world)?;
         }
-        let read = request.document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]);
-        OutputFolder::protect(folder, &request.outputs, options, read)?;
+        OutputFolder::protect(folder, &request.outputs, options, read_by(&request.document))?;
         check_holes(&request.outputs, options)?;
         let mut staging = OutputFolder::prepare(folder, &request.outputs, options)?;
         if let Some(mask) = &options.holes {
@@ -318,6 +317,9 @@ impl Builder {
             if cancel.is_cancelled() { Err(Failure::stopped()) } else { Ok(()) }
         })?;
         drop(writers);
+        if left > 0 {
+            return Err(Failure::unable(format!("{left} of {} outputs are incomplete", ports.len())));
+        }
         let files = staging.commit()?;
         if let Some(watch) = watch {
             expected = watch.finish(request.document.registry(), cancel)?;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use orograph_graph::{Cancel, input};
+use orograph_nodes::raster;
 use serde_json::{Map, json};
 
 use super::sweep::{SEED, Sweep, Variant, variants};
@@ -13,6 +14,7 @@ use crate::{
         request::{Changes, Request},
     },
     export::cube::{Axis, Cube, Plan, holds},
+    files::read_by,
     report::{
         failure::Failure,
         progress::Progress,
@@ -132,11 +134,12 @@ impl Job<'_> {
             thresholds.push((output.name.clone(), value));
         }
         let (window, quantiles) = (self.request.window(), self.args.quantiles.clone());
-        Ok(Plan { axes, outputs, window, attributes: self.attributes()?, quantiles, thresholds })
+        let attributes = self.attributes(&axes, &format!("{quantiles:?} {thresholds:?}"))?;
+        Ok(Plan { axes, outputs, window, attributes, quantiles, thresholds })
     }
 
-    /// What the whole is, and a hash of everything that the terrains depend on.
-    fn attributes(&self) -> Result<Map<String, serde_json::Value>, Failure> {
+    /// What the whole is, and a hash of everything that the terrains and their statistics depend on.
+    fn attributes(&self, axes: &[Axis], statistics: &str) -> Result<Map<String, serde_json::Value>, Failure> {
         let Request { document, graph, world, .. } = self.request;
         let mut hash = blake3::Hasher::new();
         let mut part = |bytes: &[u8]| {
@@ -150,16 +153,18 @@ impl Job<'_> {
             let node = graph.instance(index).node;
             part(format!("{} {}", node.id, node.version).as_bytes());
         }
-        for file in document.files() {
-            for path in [orograph_nodes::raster::sidecar_path(&file), file] {
-                let mut content = blake3::Hasher::new();
-                if let Ok((file, _)) = input::open(&path)
-                    && content.update_reader(file).is_err()
-                {
-                    return Err(Failure::unable(format!("cannot read `{}`", path.display())));
-                }
-                part(content.finalize().as_bytes());
+        part(statistics.as_bytes());
+        part(format!("{axes:?}").as_bytes());
+        let swept = axes.iter().flat_map(|axis| &axis.values).map(|value| document.folder().join(value));
+        let swept = swept.filter(|file| file.is_file()).flat_map(|file| [raster::sidecar_path(&file), file]);
+        for path in read_by(document).into_iter().chain(swept) {
+            let mut content = blake3::Hasher::new();
+            if let Ok((file, _)) = input::open(&path)
+                && content.update_reader(file).is_err()
+            {
+                return Err(Failure::unable(format!("cannot read `{}`", path.display())));
             }
+            part(content.finalize().as_bytes());
         }
         let title = self.request.path.file_stem().unwrap_or_default().to_string_lossy();
         let mut all = Map::new();

@@ -3,7 +3,6 @@
 use std::{collections::BTreeSet, path::PathBuf, time::Duration};
 
 use orograph_graph::{Cancel, Document, input};
-use orograph_nodes::raster;
 
 use crate::{
     build::Builder,
@@ -11,7 +10,7 @@ use crate::{
         build_args::BuildArgs,
         run::{REMEMBERED, summary},
     },
-    files::watch::Watch,
+    files::{read_by, watch::Watch},
     memory,
     report::{
         failure::{Exit, Failure, reason},
@@ -111,7 +110,8 @@ impl Args {
     /// Builds once; returns the files that the graph reads, which are watched from then on.
     fn build(&self, builder: &Builder, stop: &Cancel) -> Vec<PathBuf> {
         let args = &self.args;
-        let read = Document::load(&args.file, &orograph_nodes::registry()).map(|document| files_read(&document));
+        let read = Document::load(&args.file, &orograph_nodes::registry())
+            .map(|document| read_by(&document).into_iter().collect());
         let progress: Box<dyn Progress> = if self.json { Box::new(JsonLines) } else { progress::for_people() };
         let request = args.request(true).inspect_err(|failure| {
             if self.json {
@@ -136,12 +136,6 @@ impl Args {
 
 /// The files that a build read, and the names of those that changed before it ended.
 type Overtaken = (Vec<PathBuf>, Option<String>);
-
-/// The files that the graph reads, with their side files. Includes the files of a graph with problems: they may be the
-/// cause.
-fn files_read(document: &Document) -> Vec<PathBuf> {
-    document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]).collect()
-}
 
 /// Waits until files change, and returns their names. Returns None when the program must end.
 fn next(watch: &mut Watch, cancel: &Cancel) -> Result<Option<String>, Failure> {

@@ -49,18 +49,22 @@ impl Watch {
         Ok(Self { watcher, events, folders: BTreeSet::new(), files: BTreeMap::new() })
     }
 
-    /// Watches a file, through its folder, because many editors save by renaming a new file into place; a folder that
-    /// does not exist is skipped. Also watches the links on the way to it, of files and of folders.
+    /// Watches a file, through its folder, because many editors save by renaming a new file into place. If the folder does
+    /// not exist, the file counts as changed when it appears. Also watches the links on the way to it, of files and of
+    /// folders.
     ///
     /// # Errors
     /// When the system cannot watch the folder.
     pub fn add(&mut self, file: &Path) -> Result<(), Failure> {
         for at in ways(file) {
-            let Some(folder) = at.parent().filter(|folder| folder.is_dir()).map(Path::to_owned) else { continue };
-            if self.folders.insert(folder.clone()) {
-                self.watcher.watch(&folder, RecursiveMode::NonRecursive).map_err(|error| refused(&error))?;
+            // the file, or the first folder on the way to it that is missing
+            let Some(at) = at.ancestors().find(|at| at.parent().is_some_and(Path::is_dir)) else { continue };
+            let Some(folder) = at.parent() else { continue };
+            if !self.folders.contains(folder) {
+                self.watcher.watch(folder, RecursiveMode::NonRecursive).map_err(|error| refused(&error))?;
+                self.folders.insert(folder.to_owned());
             }
-            self.files.entry(at).or_default().insert(file.to_owned());
+            self.files.entry(at.to_owned()).or_default().insert(file.to_owned());
         }
         Ok(())
     }
@@ -73,10 +77,22 @@ impl Watch {
     pub fn poll(&mut self, wait: Duration) -> Result<BTreeSet<PathBuf>, Failure> {
         match self.events.recv_timeout(wait) {
             Ok(Ok(events)) => {
+                // the system no longer watches a folder that is gone, even if there is another in its place
+                let gone = events.iter().filter(|event| matches!(event.kind, EventKind::Remove(_)));
+                let mut lost = BTreeSet::new();
+                for folder in gone.flat_map(|event| &event.paths) {
+                    if self.folders.remove(folder) {
+                        let _ = self.watcher.unwatch(folder);
+                        lost.extend(
+                            self.files.iter().filter(|(at, _)| at.starts_with(folder)).flat_map(|(_, of)| of.clone()),
+                        );
+                    }
+                }
                 let places = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
-                let changed: BTreeSet<PathBuf> =
+                let mut changed: BTreeSet<PathBuf> =
                     places.filter_map(|path| self.files.get(path)).flatten().cloned().collect();
-                changed.iter().try_for_each(|file| self.add(file))?;
+                changed.union(&lost).cloned().collect::<Vec<_>>().iter().try_for_each(|file| self.add(file))?;
+                changed.extend(lost.into_iter().filter(|file| file.exists()));
                 Ok(changed)
             }
             Ok(Err(errors)) => errors.first().map_or_else(|| Ok(BTreeSet::new()), |error| Err(refused(error))),
@@ -139,4 +155,47 @@ const fn is_change(kind: &EventKind) -> bool {
 
 fn refused(error: &notify::Error) -> Failure {
     Failure::unable(format!("cannot watch files: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{fs, time::Instant};
+
+    use super::*;
+
+    /// The first files that are reported within ten seconds.
+    #[expect(clippy::disallowed_methods, reason = "a limit for a test that fails")]
+    fn next(watch: &mut Watch) -> BTreeSet<PathBuf> {
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(10) {
+            let changed = watch.poll(Duration::from_millis(50)).expect("watching");
+            if !changed.is_empty() {
+                return changed;
+            }
+        }
+        BTreeSet::new()
+    }
+
+    /// As when another branch is checked out and left again: the folder of a raster goes, and comes back.
+    #[test]
+    fn a_folder_that_comes_back_is_watched_again() {
+        let root = tempfile::tempdir().expect("a folder");
+        let root = root.path().canonicalize().expect("there");
+        let (folder, file) = (root.join("data"), root.join("data/dem.tif"));
+        let mut watch = Watch::new(|| {}).expect("a watch");
+        // before it exists
+        watch.add(&file).expect("added");
+        let expected = BTreeSet::from([file.clone()]);
+        for round in 0..2 {
+            fs::create_dir(&folder).expect("made");
+            assert_eq!(next(&mut watch), expected, "the folder appears, round {round}");
+            fs::write(&file, "1").expect("written");
+            assert_eq!(next(&mut watch), expected, "the file appears, round {round}");
+            fs::write(&file, "2").expect("written");
+            assert_eq!(next(&mut watch), expected, "the file changes, round {round}");
+            fs::remove_dir_all(&folder).expect("removed");
+            while !watch.poll(Duration::from_millis(400)).expect("watching").is_empty() {}
+            watch.add(&file).expect("as after a build");
+        }
+    }
 }

@@ -78,6 +78,14 @@ fn a_sweep_fills_a_cube() {
     // another sweep does not continue it
     let other = ["run", "g.ron", "--cube", "--sweep", "seed=1..4", "-o", "out"];
     place.run(&other).ended(1, &["is there already, and of another graph or sweep", "-o"]);
+    // nor one with as many values, or with other statistics
+    let [mut seeds, mut above] = [SWEEP.to_vec(), SWEEP.to_vec()];
+    (seeds[4], above[8]) = ("seed=4..6", "height=120");
+    for mut other in [seeds, above] {
+        other.push("out");
+        place.run(&other).ended(1, &["is there already, and of another graph or sweep", "-o"]);
+    }
+    assert!(files(&place.path("out/g.zarr")) == cube);
     place.run(&["run", "g.ron", "--cube", "--mesh", "glb"]).ended(1, &["--mesh"]);
     let swept = ["run", "g.ron", "--cube", "--sweep", "seed=1..2", "-o"];
     place.run(&[&swept[..], &["x", "--above", "land=3"]].concat()).ended(1, &["no such output"]);

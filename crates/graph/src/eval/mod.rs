@@ -31,7 +31,7 @@ pub use error::EvalError;
 pub use event::{Event, Origin};
 pub use key::Key;
 pub use live::{Live, LiveNode};
-pub use store::{Store, StoreFolder, Trust, Usage};
+pub use store::{Store, StoreFolder, Trust, Usage, code_is_in};
 
 use self::{
     files::Files,
@@ -255,7 +255,9 @@ impl Evaluator {
     }
 
     fn origins(&self, plan: &mut Plan<'_>, folder: &Path, cancel: &Cancel) -> Vec<Option<Origins>> {
-        key::origins(plan, &self.backends, &self.files, folder, cancel)
+        let origins = key::origins(plan, &self.backends, &self.files, folder, cancel);
+        plan.share(&origins);
+        origins
     }
 
     /// Writes the requested values that are in memory to the store's folder, if it has one, so that another run of the

@@ -147,7 +147,7 @@ impl<'r> Run<'r> {
     fn claim(&self, at: usize, step: &Step<'_>) -> Option<Option<Claim<'r>>> {
         let Some(origins) = self.origins[at].as_ref().filter(|_| self.keeps) else { return Some(None) };
         let wanted = lock(&self.state).wanted[at];
-        let claimed = self.evaluator.store.in_flight().claim(origins.key, step.wanted, wanted);
+        let claimed = self.evaluator.store.in_flight().claim(self.number(), origins.key, step.wanted, wanted);
         match claimed {
             Ok(claim) => Some(Some(claim)),
             Err(elsewhere) => {
@@ -155,6 +155,11 @@ impl<'r> Run<'r> {
                 None
             }
         }
+    }
+
+    /// A number that no other run has while this one exists.
+    fn number(&self) -> usize {
+        std::ptr::from_ref(self).addr()
     }
 
     /// Leaves a step to another evaluation, and releases its inputs.
@@ -261,6 +266,13 @@ impl<'r> Run<'r> {
 
     fn publish(&self, at: usize, values: &[Option<Value>]) {
         let step = &self.plan.steps[at];
+        let bytes = values[..step.types.len()].iter().flatten().map(Value::bytes).sum();
+        for twin in self.plan.twins(at) {
+            let (node, name, cells) = (twin.index, twin.name.clone(), twin.wanted.world.cells);
+            let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
+            let backend = self.evaluator.backends.of(twin.instance).name();
+            self.report(twin, Event::NodeFinished { node, name, cells, time, bytes, origin, backend });
+        }
         let key = self.origins[at].as_ref().map(|origins| origins.key);
         for (output, value) in values.iter().enumerate() {
             if let (Some(value), Some(key), true) = (value, key, self.keeps) {

@@ -144,10 +144,13 @@ impl Work<'_> {
             let is_pinned = |origins: &Origins| self.pinned.keys().any(|(key, _)| *key == origins.key);
             if needs.is_found(at) && !needs.is_stored(at) && !origins[at].as_ref().is_some_and(is_pinned) {
                 let bytes = needs.found[at].iter().map(Slot::bytes).sum::<u64>() as usize;
-                let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
-                let cells = step.wanted.world.cells;
-                let backend = evaluator.backends.of(step.instance).name();
-                events(level, Event::NodeFinished { node, name: name(), cells, time, bytes, origin, backend });
+                for step in std::iter::once(step).chain(plan.twins(at)) {
+                    let (node, name, cells) = (step.index, step.name.clone(), step.wanted.world.cells);
+                    let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
+                    let backend = evaluator.backends.of(step.instance).name();
+                    let finished = Event::NodeFinished { node, name, cells, time, bytes, origin, backend };
+                    events(Some(&step.level), finished);
+                }
             }
         }
     }

@@ -14,7 +14,8 @@ pub(super) fn read(bytes: &[u8], world: &World) -> Result<Drawing, VectorError> 
     let corner = corner(&json, world)?;
     let mut drawing = Drawing::default();
     collect(&json, &Value::Null, 0, &mut drawing)?;
-    let degrees = |point: &Waypoint| point.at[0].abs() <= 180.0 && point.at[1].abs() <= 90.0;
+    let farthest = farthest(world);
+    let degrees = |point: &Waypoint| point.at[0].abs() <= farthest && point.at[1].abs() <= 90.0;
     let size = json.get("world_size_m").and_then(Value::as_array);
     let is_small = size.is_some_and(|size| size.iter().all(|side| side.as_f64().is_some_and(|side| side <= 180.0)));
     let is_metric = corner.is_some() || is_small && world.place.is_none();
@@ -27,6 +28,17 @@ pub(super) fn read(bytes: &[u8], world: &World) -> Result<Drawing, VectorError> 
         point.at = [point.at[0] - west, north - point.at[1]];
     }
     Ok(drawing)
+}
+
+/// The largest longitude that counts as one: near the antimeridian lines go on beyond 180 degrees, as this program writes
+/// them.
+fn farthest(world: &World) -> f64 {
+    const NEAR: f64 = 30.0;
+    let middle = world.place.and_then(|place| {
+        let [east, north] = [place.corner_m[0] + 0.5 * world.size[0], place.corner_m[1] - 0.5 * world.size[1]];
+        Projection::of(place.epsg).ok()?.degrees([east, north])
+    });
+    if middle.is_some_and(|[longitude, _]| longitude.abs() > 180.0 - NEAR) { 180.0 + NEAR } else { 180.0 }
 }
 
 /// Converts longitudes and latitudes of WGS84 to positions in the world, if it has a place.

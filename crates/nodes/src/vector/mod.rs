@@ -49,6 +49,12 @@ impl VectorError {
         Self { message: message.into(), remedy: remedy.into() }
     }
 
+    /// There are more than [`MOST_POINTS`].
+    fn long() -> Self {
+        let message = format!("its lines have more than {MOST_POINTS} points");
+        Self::new(message, "simplify the lines, or cut out the part that is needed")
+    }
+
     fn damaged(what: impl fmt::Display) -> Self {
         Self::new(what.to_string(), "export the file again; it may not have been copied whole")
     }
@@ -79,8 +85,7 @@ pub fn read(path: &Path, world: &World) -> Result<Drawing, NodeError> {
     let drawing = drawing.map_err(of)?;
     let count: usize = drawing.lines.iter().map(|line| line.points.len()).sum();
     if count > MOST_POINTS {
-        let remedy = "simplify the lines, or cut out the part that is needed";
-        return Err(of(VectorError::new(format!("its lines have {count} points"), remedy)));
+        return Err(of(VectorError::long()));
     }
     let mut places = drawing.lines.iter().flat_map(|line| &line.points).map(|point| point.at);
     if let Some([x, y]) = places.find(|at| at.iter().any(|part| part.is_nan() || part.abs() > FARTHEST_M)) {

@@ -8,7 +8,7 @@ use quick_xml::{
 };
 use svgtypes::{PathParser, PathSegment, PointsParser, SimplePathSegment, SimplifyingPathParser, Transform};
 
-use super::{Drawing, Polyline, VectorError, polyline};
+use super::{Drawing, MOST_POINTS, Polyline, VectorError, polyline};
 use crate::numerics::math;
 
 /// Deepest nesting of groups.
@@ -25,6 +25,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Drawing, VectorError> {
     let mut open: Vec<(Transform, bool)> = Vec::new();
     let mut is_svg = false;
     let mut buffer = Vec::new();
+    let mut points = 0;
     loop {
         let (element, is_empty) = match reader.read_event_into(&mut buffer).map_err(|error| damaged(&error))? {
             Event::Start(element) => (element, false),
@@ -46,7 +47,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Drawing, VectorError> {
         let transform = combine(outer, own.map_err(|error| damaged(&error))?);
         let hidden = hidden || HIDDEN.contains(&element.local_name().as_ref());
         if !hidden {
+            let before = drawing.lines.len();
             draw(&element, transform, &mut drawing)?;
+            // a short text may draw long curves: it must not fill the memory before it is refused
+            points += drawing.lines[before..].iter().map(|line| line.points.len()).sum::<usize>();
+            if points > MOST_POINTS {
+                return Err(VectorError::long());
+            }
         }
         if !is_empty {
             if open.len() == DEEPEST {
@@ -140,23 +147,29 @@ fn ellipse([x, y]: [f64; 2], [rx, ry]: [f64; 2]) -> Vec<[f64; 2]> {
 /// The points of a piece of a path, and whether it is closed.
 type Piece = (Vec<[f64; 2]>, bool);
 
-/// The pieces of a path, curves as straight pieces.
+/// The pieces of a path, curves as straight pieces; of a path that is too long, more of them than are read.
 fn path(text: &str) -> Result<Vec<Piece>, svgtypes::Error> {
     // the simplifying parser stops at an error without reporting it
     PathParser::from(text).try_for_each(|segment| segment.map(|_: PathSegment| ()))?;
     let mut pieces: Vec<Piece> = Vec::new();
+    let mut before = 0;
     for segment in SimplifyingPathParser::from(text) {
         let segment = segment?;
         if let SimplePathSegment::MoveTo { x, y } = segment {
+            before += pieces.last().map_or(0, |(points, _)| points.len());
             pieces.push((vec![[x, y]], false));
             continue;
         }
         // after a closed piece, the next begins at its start
         if pieces.last().is_none_or(|(_, closed)| *closed) {
+            before += pieces.last().map_or(0, |(points, _)| points.len());
             let start = pieces.last().and_then(|(points, _)| points.first()).copied().unwrap_or_default();
             pieces.push((vec![start], false));
         }
         let Some((points, closed)) = pieces.last_mut() else { continue };
+        if before + points.len() > MOST_POINTS {
+            break;
+        }
         let from = points.last().copied().unwrap_or_default();
         match segment {
             SimplePathSegment::MoveTo { .. } => {}

@@ -135,3 +135,31 @@ fn points_out_of_all_proportion_are_refused() {
         assert!(message.contains("of the world's corner") && hint.contains("metres"), "{message} {hint}");
     }
 }
+
+/// A line that goes on beyond 180 degrees, as this program writes it, is where one across the antimeridian is.
+#[test]
+fn a_line_across_the_antimeridian_is_in_degrees() {
+    let place = GeoPlace { epsg: 32_601, corner_m: [350_000.0, 7_225_000.0] };
+    let world = World { place: Some(place), size: [20_000.0; 2], ..world() };
+    let line = |east: f64| {
+        let text = format!(r#"{{"type": "LineString", "coordinates": [[179.95, 65.0], [{east}, 65.02]]}}"#);
+        places(&drawing("a.json", &text, &world).expect("a line").lines[0])
+    };
+    let (beyond, within) = (line(180.05), line(-179.95));
+    for (a, b) in beyond.iter().zip(&within) {
+        assert!((a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-3, "{beyond:?} {within:?}");
+    }
+    assert!((beyond[1][0] - beyond[0][0]).abs() > 4000.0, "metres");
+}
+
+/// Short texts that draw long curves end as soon as there are too many points.
+#[test]
+fn curves_end_at_the_largest_number_of_points() {
+    let curves = format!("<svg><path d='M0 0{}'/></svg>", "s9 0 1 9".repeat(20_000));
+    let pieces = format!("<svg><path d='M0 0{}'/></svg>", "s9 0 1 9z".repeat(20_000));
+    let circles = format!("<svg>{}</svg>", "<circle r='9'/>".repeat(20_000));
+    for text in [curves, pieces, circles] {
+        let [message, _] = drawing("a.svg", &text, &world()).expect_err("too many");
+        assert!(message.contains("more than 200000 points"), "{message}");
+    }
+}

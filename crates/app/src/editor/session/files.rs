@@ -290,7 +290,7 @@ impl Session {
     /// Replaces the work with another text, as one undo step.
     pub(super) fn replace(&mut self, text: &str) {
         self.end_gesture();
-        let before = self.document.steps();
+        let before = self.document.edits();
         let nodes = self.document.nodes().iter().map(|entry| entry.name.clone()).collect();
         self.document.replace(text);
         self.keep_preferred_of(&nodes);

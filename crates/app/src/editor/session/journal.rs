@@ -182,7 +182,7 @@ fn remove(path: &Path) {
 pub(super) type Trouble = Arc<Mutex<Option<String>>>;
 
 enum Order {
-    Write(JournalEntry),
+    Write(Box<JournalEntry>),
     /// The journal is no longer needed.
     Remove,
 }
@@ -210,7 +210,7 @@ impl Journal {
     }
 
     pub(super) fn write(&self, entry: JournalEntry) {
-        self.order(Order::Write(entry));
+        self.order(Order::Write(Box::new(entry)));
     }
 
     /// Removes the journal: all work is saved or discarded.
@@ -256,7 +256,7 @@ impl Writer {
             };
             match order {
                 Ok(Order::Write(entry)) => {
-                    self.gather(entry);
+                    self.gather(*entry);
                     due = due.or_else(|| Some(Instant::now() + GATHERED));
                 }
                 Ok(Order::Remove) => return remove(&self.path),

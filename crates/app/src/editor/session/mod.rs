@@ -236,7 +236,7 @@ impl Session {
     /// The reason for the refusal.
     pub fn attempt(&mut self, edit: &Edit) -> Result<(), String> {
         self.end_gesture();
-        let before = self.document.steps();
+        let before = self.document.edits();
         self.document.apply(edit).map_err(|error| error.to_string())?;
         self.keep_preferred(edit);
         self.made(before);
@@ -248,13 +248,13 @@ impl Session {
     /// edit of the call before, and one undo reverts them all. Returns true if the edit was made.
     pub fn gesture(&mut self, edit: &Edit) -> bool {
         let goes_on = self.gesture.unwrap_or(false);
-        let steps = self.document.steps() - usize::from(goes_on);
+        let edits = self.document.edits() - usize::from(goes_on);
         let made = if goes_on { self.document.amend(edit) } else { self.document.apply(edit) };
-        self.gesture = Some(self.document.steps() > steps);
+        self.gesture = Some(self.document.edits() > edits);
         match made {
             Ok(()) => {
                 if !goes_on {
-                    self.made(steps);
+                    self.made(edits);
                 } else if self.gesture == Some(true) {
                     let entry = self.document.last_edit().map(JournalEntry::Amended);
                     self.record(entry);

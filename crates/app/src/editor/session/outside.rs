@@ -7,13 +7,13 @@ use super::{
     Session,
     files::{Question, read},
 };
-use crate::files::watch::Watch;
+use crate::files::{read_by, watch::Watch};
 
 impl Session {
     /// Starts to watch the file and the files that the graph reads.
     pub(super) fn watch_files(&mut self) {
         let Some(watch) = &mut self.safety.watch else { return };
-        let mut files = self.document.files();
+        let mut files = read_by(&self.document);
         files.extend(self.document.path().map(Path::to_owned));
         let failed = files.difference(&self.safety.watched).find_map(|file| watch.add(file).err());
         self.safety.watched = files;

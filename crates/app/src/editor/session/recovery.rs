@@ -35,8 +35,8 @@ impl Session {
     }
 
     /// Adds the last edit to the journal, if one was made.
-    pub(super) fn made(&mut self, steps_before: usize) {
-        if self.document.steps() != steps_before {
+    pub(super) fn made(&mut self, edits_before: usize) {
+        if self.document.edits() != edits_before {
             let entry = self.document.last_edit().map(JournalEntry::Made);
             self.record(entry);
         }

@@ -16,6 +16,7 @@ use orograph_graph::{Document, Registry, input};
 use crate::{
     editor::window::state,
     files::archive::unpack_into,
+    files::read_by,
     report::failure::{Failure, reason},
 };
 
@@ -124,7 +125,7 @@ pub(super) fn take_along(document: &Document, to: &Path) -> io::Result<Option<Ta
         return Ok(None);
     }
     let from = document.folder().canonicalize()?;
-    let files = document.files();
+    let files = read_by(document);
     // Missing files, and files that you chose yourself, stay where they are.
     let files = files.iter().filter_map(|file| file.canonicalize().ok());
     let names: Vec<PathBuf> = files.filter_map(|file| Some(file.strip_prefix(&from).ok()?.to_owned())).collect();

@@ -52,11 +52,13 @@ fn is_whole(window: &mut Harness<'_, App>, node: &str) {
     assert_eq!(session.node(node).state, NodeState::Fresh);
 }
 
-/// An archive of a graph that reads another, which reads a raster beside it.
+/// An archive of a graph that reads another, which reads a raster beside it, with the heights of its codes in a side file.
 fn packed(folder: &Path) -> PathBuf {
     fs::create_dir_all(folder.join("parts/data")).expect("made");
-    fs::copy(graph("../tests/data/glencoe_128.tif"), folder.join("parts/data/land.tif")).expect("copied");
-    let part = r#"(nodes: { "dem": Import(file: "data/land.tif") }, outputs: { "height": "dem" })"#;
+    for (from, to) in [("glencoe_48x64_u16.png", "land.png"), ("glencoe_48x64_u16.png.json", "land.png.json")] {
+        fs::copy(graph(&format!("../tests/data/{from}")), folder.join("parts/data").join(to)).expect("copied");
+    }
+    let part = r#"(nodes: { "dem": Import(file: "data/land.png") }, outputs: { "height": "dem" })"#;
     fs::write(folder.join("parts/dem.ron"), part).expect("written");
     let text = r#"(world: (cells: 32), nodes: { "a": Subgraph(file: "parts/dem.ron") }, outputs: { "height": "a" })"#;
     let path = folder.join("packed.ron");
@@ -89,6 +91,7 @@ fn a_copy_of_an_archive_survives_a_crash_with_its_files() {
     assert!(!unpacked.exists(), "nothing is left behind");
     is_whole(&mut window, "a");
     assert!(window.state().session().document().files().iter().all(|file| file.starts_with(&home)));
+    assert!(home.join("parts/data/land.png.json").is_file(), "without it, codes would have other heights");
 }
 
 #[test]

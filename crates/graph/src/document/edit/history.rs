@@ -35,6 +35,9 @@ pub struct History {
     /// Size of the applied edits in bytes.
     #[serde(skip)]
     bytes: usize,
+    /// Number of edits that were forgotten.
+    #[serde(skip)]
+    forgotten: usize,
 }
 
 impl History {
@@ -42,6 +45,12 @@ impl History {
     #[must_use]
     pub fn steps(&self) -> usize {
         self.done.len()
+    }
+
+    /// Number of edits, with those that were forgotten: it grows with each new one.
+    #[must_use]
+    pub fn edits(&self) -> usize {
+        self.forgotten + self.done.len()
     }
 
     /// Returns true if there is an edit to undo.
@@ -76,6 +85,7 @@ impl History {
             && let Some(oldest) = self.done.pop_front()
         {
             self.bytes = self.bytes.saturating_sub(weight(&oldest));
+            self.forgotten += 1;
         }
     }
 
@@ -200,6 +210,12 @@ impl Document {
     #[must_use]
     pub fn steps(&self) -> usize {
         self.history.steps()
+    }
+
+    /// Number of edits that are done, with those that are too old to be undone.
+    #[must_use]
+    pub fn edits(&self) -> usize {
+        self.history.edits()
     }
 
     /// Number of edits that are done or can be redone.

@@ -125,7 +125,9 @@ impl Draft {
         }
         changes.sort_by_key(|(range, _)| std::cmp::Reverse((range.start, range.end)));
         for (range, inserted) in changes {
-            let splice = Splice { at: range.start, removed: self.source[range].to_owned(), inserted };
+            // what both have in common is not kept: a long value of which a part changes is one of many steps
+            let Some(splice) = Splice::between(&self.source[range.clone()], &inserted) else { continue };
+            let splice = Splice { at: range.start + splice.at, ..splice };
             splice.forth(&mut self.source);
             self.splices.push(splice);
         }
@@ -280,4 +282,23 @@ fn first_on_line(source: &str, at: usize) -> bool {
 fn indent(source: &str, at: usize) -> &str {
     let line = &source[line_start(source, at)..];
     &line[..line.find(|c: char| c != ' ' && c != '\t').unwrap_or(line.len())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A brush writes all its strokes again with each new one: a step of that keeps the new one alone.
+    #[test]
+    fn a_change_keeps_only_what_differs() {
+        let text = "(strokes: [äöü, two, three], more: 1)";
+        let mut draft = Draft::new(text);
+        let value = text.find('[').expect("there")..text.find(']').expect("there") + 1;
+        draft.change(vec![(value, "[äöü, two, three, four]".to_owned())]);
+        assert_eq!(draft.source, "(strokes: [äöü, two, three, four], more: 1)");
+        let kept: Vec<_> = draft.splices.iter().map(|splice| (&*splice.removed, &*splice.inserted)).collect();
+        assert_eq!(kept, [("", ", four")]);
+        assert!(undo(&mut draft.source, &draft.splices));
+        assert_eq!(draft.source, text);
+    }
 }

@@ -47,7 +47,8 @@ impl Course<'_> {
                 let (step, request) = (stage.results[position].0, stage.streamed[position]);
                 match request.and_then(|request| Some((request, self.plan.targets[request].as_ref().ok()?))) {
                     Some((request, target)) => {
-                        answered[request] = true;
+                        // an error in a later band is its answer
+                        answered[request] = at + 1 == bands.len();
                         (self.deliver)(request, Ok(Delivered { value, key: self.key(target) }));
                     }
                     None => {

@@ -11,7 +11,7 @@ use std::{
     fs::{self, File},
     io,
     path::{Path, PathBuf},
-    sync::{LazyLock, Mutex},
+    sync::{LazyLock, Mutex, OnceLock},
     time::{Duration, SystemTime},
 };
 
@@ -182,8 +182,11 @@ impl Disk {
             }
             Err(_) if cancel.is_cancelled() => Err(None),
             Err(error) => {
-                // A file that cannot be deleted is replaced by the new result, or ignored.
-                let _ = files::remove_file(path);
+                // A file that cannot be deleted is replaced by the new result, or ignored. Where memory or the disk
+                // failed, the file may be sound.
+                if matches!(error.kind(), io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof) {
+                    let _ = files::remove_file(path);
+                }
                 lock(&self.unreadable).insert(path.clone());
                 Err(Some(format!("{} {error}", path.display())))
             }
@@ -368,12 +371,23 @@ fn hex(name: &Name) -> String {
     name.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// The file with the code of the program, if it is not the one that runs.
+static CODE: OnceLock<PathBuf> = OnceLock::new();
+
+/// Names the file with the code, for a library in a program of another name, such as the Python package. It counts only
+/// before the first result is looked up on disk.
+pub fn code_is_in(file: PathBuf) {
+    // another file named before stays
+    let _ = CODE.set(file);
+}
+
 /// Hash of the running program: another build may compute other results under the same key. A program that cannot read
 /// its own file is identified by its version alone.
 static PROGRAM: LazyLock<[u8; 32]> = LazyLock::new(|| {
     let mut hash = blake3::Hasher::new();
     hash.update(env!("CARGO_PKG_VERSION").as_bytes());
-    if let Ok(path) = std::env::current_exe()
+    let running = || std::env::current_exe().ok();
+    if let Some(path) = CODE.get().cloned().or_else(running)
         && let Ok(file) = File::open(path)
     {
         let _ = hash.update_reader(file);

@@ -37,6 +37,8 @@ struct State {
 
 struct Claimed {
     number: u64,
+    /// The run that computes it.
+    run: usize,
     key: Key,
     window: Window,
     wanted: Wanted,
@@ -62,20 +64,28 @@ pub(in crate::eval) struct Claim<'a> {
 }
 
 impl InFlight {
-    /// Claims the outputs of a node on a window.
+    /// Claims the outputs of a node on a window for a run.
     ///
     /// # Errors
-    /// When a kernel that has been claimed computes all of them.
-    pub(in crate::eval) fn claim(&self, key: Key, window: Window, wanted: Wanted) -> Result<Claim<'_>, Elsewhere> {
+    /// When a kernel that another run has claimed computes all of them. A run that waited for itself would find nothing
+    /// if the store has no room, and begin again and again.
+    pub(in crate::eval) fn claim(
+        &self,
+        run: usize,
+        key: Key,
+        window: Window,
+        wanted: Wanted,
+    ) -> Result<Claim<'_>, Elsewhere> {
         let mut state = lock(&self.state);
-        let covers =
-            |claim: &&Claimed| claim.key == key && claim.window.contains(&window) && claim.wanted.includes(wanted);
+        let covers = |claim: &&Claimed| {
+            claim.run != run && claim.key == key && claim.window.contains(&window) && claim.wanted.includes(wanted)
+        };
         if let Some(claim) = state.claims.iter().find(covers) {
             return Err(Elsewhere { number: claim.number, progress: claim.progress.clone() });
         }
         let (number, progress) = (state.made, Progress::default());
         state.made += 1;
-        state.claims.push(Claimed { number, key, window, wanted, progress: progress.clone() });
+        state.claims.push(Claimed { number, run, key, window, wanted, progress: progress.clone() });
         Ok(Claim { of: self, number, progress })
     }
 
@@ -122,26 +132,29 @@ mod tests {
         let all = InFlight::default();
         let key = Key::from_bytes([1; 16]);
         let two = Wanted::NONE.with(0).with(1);
-        let claim = all.claim(key, window(8), two).expect("nobody else");
-        assert!(all.claim(key, window(8), two).is_err() && all.claim(key, window(4), Wanted::NONE.with(1)).is_err());
+        let claim = all.claim(0, key, window(8), two).expect("nobody else");
+        assert!(all.claim(0, key, window(8), two).is_ok(), "a run does not wait for itself");
+        assert!(
+            all.claim(1, key, window(8), two).is_err() && all.claim(1, key, window(4), Wanted::NONE.with(1)).is_err()
+        );
         // others
-        assert!(all.claim(key, window(9), two).is_ok() && all.claim(key, window(8), two.with(2)).is_ok());
-        assert!(all.claim(Key::from_bytes([2; 16]), window(8), two).is_ok());
-        let elsewhere = all.claim(key, window(8), two).err().expect("claimed");
+        assert!(all.claim(1, key, window(9), two).is_ok() && all.claim(1, key, window(8), two.with(2)).is_ok());
+        assert!(all.claim(1, Key::from_bytes([2; 16]), window(8), two).is_ok());
+        let elsewhere = all.claim(1, key, window(8), two).err().expect("claimed");
         claim.progress(0.5);
         all.wait(&elsewhere, &Cancel::default(), |fraction| {
             assert_eq!(fraction.to_bits(), 0.5_f32.to_bits());
             lock(&all.state).claims.clear();
         });
         drop(claim);
-        assert!(all.claim(key, window(8), two).is_ok());
+        assert!(all.claim(1, key, window(8), two).is_ok());
     }
 
     #[test]
     fn a_cancelled_evaluation_does_not_wait() {
         let all = InFlight::default();
-        let claim = all.claim(Key::from_bytes([1; 16]), window(8), Wanted::ALL).expect("nobody else");
-        let elsewhere = all.claim(Key::from_bytes([1; 16]), window(8), Wanted::ALL).err().expect("claimed");
+        let claim = all.claim(0, Key::from_bytes([1; 16]), window(8), Wanted::ALL).expect("nobody else");
+        let elsewhere = all.claim(1, Key::from_bytes([1; 16]), window(8), Wanted::ALL).err().expect("claimed");
         let cancel = Cancel::default();
         cancel.cancel();
         all.wait(&elsewhere, &cancel, |_| {});

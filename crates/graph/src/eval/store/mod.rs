@@ -17,7 +17,7 @@ use std::{
 
 use disk::Disk;
 pub(super) use disk::Ticket;
-pub use disk::{StoreFolder, Usage};
+pub use disk::{StoreFolder, Usage, code_is_in};
 pub(super) use entry::Form;
 pub(super) use in_flight::{Claim, Elsewhere, InFlight};
 use memory::MemoryCache;

@@ -101,7 +101,7 @@ fn wide(count: usize) -> Graph {
     let mut last = "sum".to_owned();
     for i in 0..count {
         let (source, sum) = (format!("source{i}"), format!("sum{i}"));
-        build = build.node(&source, &WAVES, &[]).set(&source, "level", ParamValue::Float(i as f64)).node(
+        build = build.node(&source, &WAVES, &[]).set(&source, "level", ParamValue::Float((i + 1) as f64)).node(
             &sum,
             &ADD,
             &[("height", &last), ("other", &source)],

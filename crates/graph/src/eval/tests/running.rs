@@ -127,6 +127,56 @@ fn independent_nodes_run_in_parallel() {
     assert!(run(&evaluator(2), &graph, &["both"], Window::whole(world(4))).is_ok());
 }
 
+/// Two equal nodes are computed once, in a store that keeps nothing: neither waits for the other.
+#[test]
+fn equal_nodes_are_computed_once() {
+    static RUNS: AtomicUsize = AtomicUsize::new(0);
+    static COUNTED: Node = Node {
+        id: "Counted",
+        outputs: HEIGHT,
+        cpu: |job| {
+            RUNS.fetch_add(1, Ordering::SeqCst);
+            std::thread::sleep(Duration::from_millis(50));
+            height(job, |i, _| i as f32)
+        },
+        ..Node::DEFAULT
+    };
+    let graph = Build(pair(&COUNTED, &COUNTED)).node("after", &ADD, &[("height", "right")]).0;
+    for threads in [1, 2, 4] {
+        RUNS.store(0, Ordering::SeqCst);
+        let options = EvaluatorOptions { threads: NonZero::new(threads), ..keeping(0, None) };
+        let evaluator = Evaluator::new(options).expect("an evaluator");
+        let outcome = run(&evaluator, &graph, &["both", "after", "right"], Window::whole(world(4))).expect("runs");
+        assert_eq!(RUNS.load(Ordering::SeqCst), 1, "{threads} threads");
+        assert_eq!(outcome.computed(), ["after", "both", "left"]);
+        assert_eq!(outcome.from(Origin::Memory), ["right"], "the other has its result");
+        let at = |value: &Value| value.as_field().expect("a field").plane(0)[3];
+        assert_eq!(outcome.values.iter().map(at).collect::<Vec<_>>(), [6.0, 4.0, 3.0]);
+    }
+}
+
+/// An error after the first bands of a request is its answer: nobody takes the bands for the whole.
+#[test]
+fn an_error_in_a_later_band_is_delivered() {
+    static FAILS_BELOW: Node = Node {
+        id: "FailsBelow",
+        outputs: HEIGHT,
+        cpu: |job| match job.window().origin[1] {
+            0 => height(job, |_, _| 1.0),
+            _ => Err(NodeError::failed("no")),
+        },
+        ..Node::DEFAULT
+    };
+    let graph = Build::default().node("one", &FAILS_BELOW, &[]).0;
+    let window = Window::whole(world(8));
+    let requests = [Request { port: graph.port("one").expect("exists"), window }];
+    let evaluation = Evaluation { graph: &graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
+    let answers = Mutex::new(Vec::new());
+    let deliver = |_, delivery: Delivery| answers.lock().expect("no panic").push(delivery.is_ok());
+    evaluator(1).build_in_stages(&evaluation, &window, &[true], 16, &Cancel::default(), &|_| {}, &deliver);
+    assert_eq!(answers.into_inner().expect("no panic"), [true, false]);
+}
+
 /// Two kernels that do not end before they are cancelled, one of them while the other still runs.
 #[test]
 fn a_cancellation_ends_kernels_in_their_middle() {

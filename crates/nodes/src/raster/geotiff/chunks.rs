@@ -404,7 +404,7 @@ impl Rows for Tiff<'_> {
     fn bytes(&self) -> u64 {
         let lists = 16 * self.layout.offsets.len();
         let Layout { chunk, bands, sample, compression, .. } = self.layout;
-        let chunk = chunk[0].saturating_mul(chunk[1]).saturating_mul(bands * sample.bytes() as u64);
+        let chunk = chunk[0].saturating_mul(chunk[1]).saturating_mul(bands.saturating_mul(sample.bytes() as u64));
         let unpacking = rayon::current_num_threads() as u64 * memory(compression, chunk);
         (self.rows_at_a_time() * self.layout.columns as usize * size_of::<f32>() + lists) as u64 + unpacking
     }

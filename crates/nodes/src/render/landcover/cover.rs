@@ -50,16 +50,19 @@ pub(super) struct Cover {
     bare_water: bool,
     /// Patches of forest and grass.
     patches: Octaves,
+    /// Woods and open country, which patches gather into, with the weights of both in a patch.
+    regions: Octaves,
+    weights: [f32; 2],
     /// Changes of tone within them.
     tones: Octaves,
 }
 
 impl Cover {
     pub(super) fn new(params: &Params, cell_m: f64, seed: u32) -> Self {
-        let octaves = |wavelength_m, salt: u32| Octaves {
+        let octaves = |wavelength_m, [count, salt]: [u32; 2], gain| Octaves {
             wavelength_m,
-            count: 4,
-            gain: 0.6,
+            count,
+            gain,
             cell_m,
             seed: orograph_graph::mix(seed ^ salt),
         };
@@ -74,15 +77,19 @@ impl Cover {
             per_deposit: (1.0 / params.deposit_depth) as f32,
             moist_area: params.moist_area as f32,
             bare_water: params.bare_water,
-            patches: octaves(params.patch_size, 0x51),
-            tones: octaves(0.31 * params.patch_size, 0x52),
+            patches: octaves(params.patch_size, [4, 0x51], 0.6),
+            regions: octaves(8.0 * params.patch_size, [3, 0x53], 0.8),
+            weights: [(1.0 - params.grouping * params.grouping).sqrt(), params.grouping].map(|weight| weight as f32),
+            tones: octaves(0.31 * params.patch_size, [4, 0x52], 0.6),
         }
     }
 
     /// The colour of a place, and its weights of rock, soil and debris, plants, and snow.
     pub(super) fn of(&self, ground: &Ground, place: [f64; 2]) -> [f32; 7] {
         // standard deviations of about 1
-        let patch = 3.0 * self.patches.at(place) as f32;
+        let own = 3.0 * self.patches.at(place) as f32;
+        let [alone, together] = self.weights;
+        let patch = if together > 0.0 { alone * own + together * 2.6 * self.regions.at(place) as f32 } else { own };
         let tone = 3.0 * self.tones.at(place) as f32;
 
         let wet = self.moisture(ground, patch);

@@ -34,6 +34,8 @@ params! {
     dryness: f64 = 0.2, One, 0.0..=1.0;
     /// Size of the patches of forest, grass and lichen.
     patch_size: f64 = 250.0, Metres, 1.0..=1e6, soft 50.0..=5000.0;
+    /// How far patches gather into woods and open country eight times as large: 0 for patches of one size everywhere.
+    grouping: f64 = 0.7, One, 0.0..=1.0;
     /// Thickness of erosion that leaves the rock bare on two thirds of the ground.
     wear_depth: f64 = 2.0, Metres, 1e-3..=1e5, soft 0.1..=500.0;
     /// Thickness of debris that covers two thirds of the ground.
@@ -79,11 +81,17 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Landcover",
-    version: 2,
-    migrations: &[Migration {
-        from: 1,
-        steps: &[Step::Keep { name: "with_sea", value: "false" }, Step::Keep { name: "bare_water", value: "false" }],
-    }],
+    version: 3,
+    migrations: &[
+        Migration {
+            from: 1,
+            steps: &[
+                Step::Keep { name: "with_sea", value: "false" },
+                Step::Keep { name: "bare_water", value: "false" },
+            ],
+        },
+        Migration { from: 2, steps: &[Step::Keep { name: "grouping", value: "0" }] },
+    ],
     category: "render",
     summary: "Rock, soil, plants, snow and water in measured colours, by the processes that shaped the terrain.",
     doc: include_str!("page.md"),
