@@ -107,8 +107,9 @@ impl Job<'_> {
     }
 
     fn folder(&self) -> PathBuf {
-        let name = self.request.path.file_stem().unwrap_or_default();
-        self.out.join(name).with_extension("zarr")
+        let mut name = self.request.path.file_stem().unwrap_or_default().to_os_string();
+        name.push(".zarr");
+        self.out.join(name)
     }
 
     fn plan(&self, axes: Vec<Axis>) -> Result<Plan, Failure> {

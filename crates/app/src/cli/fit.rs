@@ -22,6 +22,7 @@ use crate::{
         archive,
         heightfile::{self, FILLED, Scale},
     },
+    files::{read_by, refuse_over},
     report::{
         failure::{Failure, reason},
         terminal::{self, Page, counted},
@@ -92,6 +93,7 @@ impl Args {
         self.check()?;
         let changes = Changes { cells: self.cells, ..Changes::default() };
         let request = Request::new(&self.file, &changes, &orograph_nodes::registry(), true)?;
+        refuse_over(&self.out, read_by(&request.document))?;
         for (at, vary) in self.vary.iter().enumerate() {
             let same = |other: &&Vary| same_value(&request.document, other.place(), vary.place());
             if let Some(other) = self.vary[..at].iter().find(same) {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orograph_graph::{Field, Measure, Report, Series, Unit, plain};
+use orograph_graph::{Cancel, Field, Measure, Registry, Report, Series, Unit, plain};
 use orograph_nodes::measure::compare::Kind;
 use serde_json::{Value, json};
 
@@ -61,17 +61,29 @@ struct Measured<'a> {
 }
 
 impl Args {
+    fn measured<'a>(
+        &self,
+        path: &'a Path,
+        scale: &Scale,
+        registry: &Registry,
+        cancel: &Cancel,
+    ) -> Result<Measured<'a>, Failure> {
+        let height = self.sea.around(heightfile::read(path, scale, "are left out")?.with_voids());
+        let report = measure::measure(&height, registry, cancel)?;
+        Ok(Measured { path, height, report })
+    }
+
     pub(super) fn run(self) -> Result<(), Failure> {
         let (registry, cancel) = (orograph_nodes::registry(), stop::on_interrupt()?);
-        let measured = |path| -> Result<Measured<'_>, Failure> {
-            let height = self.sea.around(heightfile::read(path, &self.scale, "are left out")?.with_voids());
-            let report = measure::measure(&height, &registry, &cancel)?;
-            Ok(Measured { path, height, report })
-        };
-        let field = measured(&self.file)?;
+        let field = self.measured(&self.file, &self.scale, &registry, &cancel)?;
         let kind = self.against.as_deref().map(kind).transpose()?.flatten();
         let file = self.against.as_deref().filter(|_| kind.is_none());
-        let reference = file.map(measured).transpose()?;
+        // what the reference says of itself counts more than what is said of the other file
+        let measured = |path, scale: &_| self.measured(path, scale, &registry, &cancel);
+        let reference = match file {
+            Some(path) => Some(measured(path, &Scale::default()).or_else(|_| measured(path, &self.scale))?),
+            None => None,
+        };
         let distance = match (&reference, kind) {
             (Some(reference), _) => {
                 let (own, other) = ((&field.height, &field.report), (&reference.height, &reference.report));

@@ -21,6 +21,7 @@ use crate::{
         archive::is_archive,
         heightfile::{self, FILLED, Scale},
     },
+    files::{read_by, refuse_over},
     report::{
         failure::{Failure, reason, remedy},
         progress::{self, Progress, Quiet},
@@ -135,6 +136,7 @@ impl Args {
                 self.file.display()
             )));
         }
+        refuse_over(&self.out, [raster::sidecar_path(&self.file), self.file.clone()])?;
         let height = self.sea.around(heightfile::read(&self.file, &self.scale, FILLED)?.field);
         match self.view {
             View::Map => Ok(picture::of_height(&height, picture::View::Map)),
@@ -148,6 +150,7 @@ impl Args {
             return Err(Failure::wrong(format!("`{option}` is for height files; a graph states its world")));
         }
         let mut request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), !self.quiet)?;
+        refuse_over(&self.out, read_by(&request.document).into_iter().chain([self.file.clone()]))?;
         let output = chosen(&self.file, &request.outputs, self.output.as_deref())?.clone();
         let undrawn = |what: &str| Failure::wrong(format!("`{}` has the type {}, {what}", output.name, output.ty));
         if output.ty.planes().is_none() {

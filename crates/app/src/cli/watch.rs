@@ -58,6 +58,10 @@ impl Args {
         let mut watch = Watch::new(|| {})?;
         watch.add(&self.args.file)?;
         loop {
+            // a save while the graph is built for the first time restarts it too
+            if let Ok(document) = Document::load(&self.args.file, &orograph_nodes::registry()) {
+                read_by(&document).iter().try_for_each(|file| watch.add(file))?;
+            }
             let (read, overtaken) = self.build_watching(&builder, &mut watch, &cancel)?;
             if cancel.is_cancelled() {
                 return Ok(());

@@ -4,15 +4,33 @@ pub mod archive;
 pub mod heightfile;
 pub(crate) mod watch;
 
-use std::{collections::BTreeSet, path::PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 use orograph_graph::Document;
 use orograph_nodes::raster;
+
+use crate::report::failure::Failure;
 
 /// The files that a graph reads, each with its side file, whether they exist or not. Includes the files of a graph with
 /// problems: they may be the cause.
 pub(crate) fn read_by(document: &Document) -> BTreeSet<PathBuf> {
     document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]).collect()
+}
+
+/// Refuses to write a file over one that is read.
+///
+/// # Errors
+/// When the file that would be written is one of those.
+pub(crate) fn refuse_over(out: &Path, read: impl IntoIterator<Item = PathBuf>) -> Result<(), Failure> {
+    let place = out.canonicalize().ok();
+    if place.is_some() && read.into_iter().any(|file| file.canonicalize().ok() == place) {
+        let what = format!("`{}` would be written over, but it is read", out.display());
+        return Err(Failure::wrong(what).hint("choose another file with `-o`"));
+    }
+    Ok(())
 }
 
 /// Returns true if Windows keeps a name for a device, with any ending and in any case.

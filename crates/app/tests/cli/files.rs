@@ -125,6 +125,16 @@ fn pictures_of_graphs_and_of_height_files() {
     fs::write(place.path("raw.r16"), [0; 32]).unwrap();
     place.run(&["render", "raw.r16", "-o", "map.png", "--cell", "30"]).ended(1, &["--range"]);
     place.run(&["render", "raw.r16", "-o", "raw.png", "--cell", "30", "--range", "0,100"]).done();
+    // never over what is read
+    for (from, to) in [("glencoe_48x64_u16.png", "dem.png"), ("glencoe_48x64_u16.png.json", "dem.png.json")] {
+        fs::copy(repository(&format!("tests/data/{from}")), place.path(to)).expect("copied");
+    }
+    let before = place.bytes("dem.png");
+    place.write("reads.ron", r#"(nodes: { "dem": Import(file: "dem.png") }, outputs: { "height": "dem" })"#);
+    for read in ["dem.png", "reads.ron"] {
+        place.run(&["render", read, "-o", "dem.png"]).ended(1, &["`dem.png` would be written over", "-o"]);
+    }
+    assert!(place.bytes("dem.png") == before);
 }
 
 /// Water leaves at voids: no basin is larger than the cells with data.
@@ -231,6 +241,12 @@ fn metrics_of_a_height_file_and_its_difference_from_another() {
     place.run(&["metrics", dem, "--against", "highlands", "--plots", "kind"]).done();
     let svg = std::fs::read_to_string(place.path("kind/slope_histogram.svg")).expect("a plot");
     assert!(svg.contains("glencoe"), "the curve of a real model is drawn");
+    // the reference keeps the cells that it states
+    let text = place.run(&["metrics", dem, "--cell", "7", "--against", dem, "--json"]).done().out;
+    let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let apart = &value["difference"]["measures"][0];
+    assert_eq!(apart["name"], "cell_size");
+    assert_ne!(apart["value"], 0.0, "{text}");
     place.run(&["metrics", dem, "--against", "highland"]).ended(1, &["neither a file nor a kind", "`highlands`"]);
     place.run(&["metrics", dem, "--against", "moon"]).ended(1, &["neither a file nor a kind", "fluvial"]);
     let text = place.run(&["metrics", dem, "--against", dem, "--plots", "deep/plots", "--theme", "dark"]).done().out;

@@ -54,6 +54,17 @@ fn a_twin_is_recovered_and_written_in_place() {
     place.run(&["check", "out.ron"]).done();
 }
 
+/// A loss of 0 cannot fall: the search ends.
+#[test]
+fn a_twin_whose_values_are_known_ends_at_once() {
+    let place = twin();
+    let args = ["fit", "truth.ron", "--target", "t/height.exr", "-o", "out.ron", "--vary", "scree.talus", "--json"];
+    let ran = place.run(&[&args[..], &["--evaluations", "200"]].concat()).done();
+    let page: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert_eq!((&page["loss"], &page["stopped"]), (&0.0.into(), &false.into()));
+    assert!(page["evaluations"].as_array().is_some_and(|all| all.len() < 100), "{}", ran.out);
+}
+
 #[test]
 fn threads_do_not_change_the_result() {
     let place = twin();
@@ -119,6 +130,14 @@ fn requests_that_make_no_sense_are_refused() {
     ] {
         place.run(&[&args[..], &["-o", out]].concat()).ended(1, &[said]);
     }
+    // nor a file that the graph reads
+    let reads =
+        HILLS.replace("Perlin(wavelength: \"2 km\", octaves: 6, amplitude: \"0.9 km\")", "Import(file: \"flat.asc\")");
+    place.write("reads.ron", &reads);
+    let before = place.read("flat.asc");
+    let args = ["fit", "reads.ron", "--target", "t/height.exr", "--vary", "scree.talus", "-o", "flat.asc"];
+    place.run(&args).ended(1, &["`flat.asc` would be written over"]);
+    assert_eq!(place.read("flat.asc"), before);
 }
 
 /// A range that rivers cut, whose uplift varies from place to place.

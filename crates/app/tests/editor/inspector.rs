@@ -83,6 +83,21 @@ fn quantities_are_typed_with_their_units() {
     assert!(window.query_by_label_contains("but must be").is_none(), "the reason is gone with the next value");
 }
 
+/// A value in its field is not lost when another node is selected before Enter.
+#[test]
+fn a_typed_value_is_applied_when_another_node_is_selected() {
+    let mut window = selected("hello.ron", "ground");
+    window.get_by_role_and_label(Role::TextInput, "wavelength").focus();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, "wavelength").type_text("9 km");
+    window.run_steps(1);
+    window.state_mut().session_mut().select_only("rivers");
+    window.run_steps(3);
+    let session = window.state().session();
+    assert!(session.document().source().contains("wavelength: \"9 km\""), "{}", session.document().source());
+    assert_eq!((session.document().steps(), session.selected()), (1, Some("rivers")));
+}
+
 #[test]
 fn escape_discards_typed_text() {
     let mut window = selected("hello.ron", "ground");

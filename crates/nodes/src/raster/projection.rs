@@ -84,6 +84,12 @@ impl Projection {
         if self.is_geographic() { 1.0 } else { self.system.to_meter() }
     }
 
+    /// Returns true if its coordinates are metres in a plane.
+    #[must_use]
+    pub fn is_in_metres(&self) -> bool {
+        !self.is_geographic() && !self.system.is_geocent() && (self.unit_m() - 1.0).abs() < 1e-9
+    }
+
     /// Returns true if its datum differs from WGS84 by more than a metre, so that positions are good to some metres.
     #[must_use]
     pub const fn is_shifted(&self) -> bool {

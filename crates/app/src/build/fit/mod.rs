@@ -127,12 +127,13 @@ impl<'a> Fit<'a> {
             while side > LAST && !self.is_over(evaluations) {
                 let best = self.best();
                 self.search(&best, turn * side, evaluations, tell);
-                if self.best().loss > (1.0 - WORTH) * best.loss {
+                // a loss of 0 cannot fall
+                if self.best().loss >= (1.0 - WORTH) * best.loss {
                     side /= SMALLER;
                 }
                 turn = -turn;
             }
-            if self.is_over(evaluations) || self.best().loss > (1.0 - WORTH) * before {
+            if self.is_over(evaluations) || self.best().loss >= (1.0 - WORTH) * before {
                 break;
             }
         }
@@ -155,7 +156,7 @@ impl<'a> Fit<'a> {
 
     /// True if no further evaluation may begin.
     fn is_over(&self, evaluations: usize) -> bool {
-        self.trials.borrow().len() >= evaluations || self.failure.borrow().is_some()
+        self.trials.borrow().len() >= evaluations || self.failure.borrow().is_some() || self.cancel.is_cancelled()
     }
 
     /// Runs the simplex method once, from the given values.

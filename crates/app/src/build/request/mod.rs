@@ -16,6 +16,8 @@ use orograph_graph::{
     Document, Edit, Graph, OutputDecl, Place, Registry, Unit, Window, World, WorldError, closest, files,
 };
 
+use orograph_nodes::raster::Projection;
+
 pub use given::Array;
 pub use part::Part;
 
@@ -246,6 +248,14 @@ impl Request {
         let folders: BTreeSet<&Path> = read.iter().filter_map(|file| file.parent()).collect();
         folders.into_iter().for_each(files::settle);
         let mut world = document.world();
+        if let Some(epsg) = world.place.map(|place| place.epsg)
+            && Projection::of(epsg).is_ok_and(|system| !system.is_in_metres())
+        {
+            return Err(Failure::wrong(format!(
+                "the world's `place` has EPSG:{epsg}, whose coordinates are not metres"
+            ))
+            .hint("choose the zone of UTM in which it lies, such as `epsg: 32632`"));
+        }
         world.seed = changes.seed.unwrap_or(world.seed);
         if let Some(cells) = changes.cells {
             world = with_cells(world, cells)?;

@@ -29,11 +29,7 @@ mod values;
 
 pub(super) use commands::Alignment;
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    hash::{DefaultHasher, Hash as _, Hasher as _},
-    path::PathBuf,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use egui::{Id, Pos2, Rect, Response, Sense, Vec2, WidgetInfo, WidgetType};
 use orograph_graph::Edit;
@@ -52,12 +48,11 @@ use thumbs::Thumbs;
 const REFUSAL: f64 = 4.0;
 
 /// A state of a file.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Seen {
-    path: Option<PathBuf>,
+    /// The number of the session's document.
+    number: u64,
     edits: u64,
-    /// A hash of the text, to distinguish files with the same state numbers.
-    hash: u64,
 }
 
 /// The canvas.
@@ -152,15 +147,11 @@ impl Canvas {
 
     /// Rebuilds the model if the document has changed.
     fn read(&mut self, session: &Session) {
-        let same = |seen: &Seen| seen.edits == session.edits() && seen.path.as_deref() == session.path();
-        if self.seen.as_ref().is_some_and(same) {
+        let now = Seen { number: session.number(), edits: session.edits() };
+        if self.seen == Some(now) {
             return;
         }
-        let mut hasher = DefaultHasher::new();
-        session.document().source().hash(&mut hasher);
-        let path = session.path().map(PathBuf::from);
-        let now = Seen { path, edits: session.edits(), hash: hasher.finish() };
-        if self.seen.as_ref().is_some_and(|seen| seen.path != now.path && seen.hash != now.hash) {
+        if self.seen.is_some_and(|seen| seen.number != now.number) {
             *self = Self { without_map: self.without_map, ..Self::default() };
         }
         self.model = Model::of(session.document(), &self.collapsed, &mut self.places);

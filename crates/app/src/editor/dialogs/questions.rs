@@ -93,7 +93,8 @@ impl Questions {
             self.typed = folder.join(format!("{name}.ron")).display().to_string();
         }
         if let Some(path) = system::answer(ui.ctx(), id) {
-            *answer = Some(Answer::SaveAs(path));
+            // as if it had been typed: the dialog knows neither the ending nor whether a file is replaced
+            self.typed = path.display().to_string();
         }
         ui.heading("Save the graph as");
         ui.add_space(4.0);

@@ -60,6 +60,14 @@ impl FormState {
         self.dragging = true;
     }
 
+    /// Ends typing in a field, as if you had clicked elsewhere. Returns false if nothing is typed.
+    pub(super) fn leave(&self, ui: &Ui) -> bool {
+        let Some(typing) = &self.typing else { return false };
+        let had = ui.memory(|memory| memory.has_focus(typing.field));
+        ui.memory_mut(|memory| memory.surrender_focus(typing.field));
+        had
+    }
+
     /// Ends a drag once no button is pressed.
     pub(super) fn settle(&mut self, ui: &Ui, session: &mut Session) {
         if self.dragging && !ui.input(|input| input.pointer.any_down()) {

@@ -167,6 +167,11 @@ impl Session {
     /// and nothing has changed.
     pub fn save_as(&mut self, path: &Path) -> bool {
         let path = if path.extension().is_some() { path.to_owned() } else { path.with_extension("ron") };
+        // its own file may have changed since it was read
+        let own = self.path().and_then(|own| own.canonicalize().ok());
+        if own.is_some() && own == path.canonicalize().ok() {
+            return self.save();
+        }
         let before = self.document.clone();
         self.end_gesture();
         let taken = match take_along(&self.document, &path) {
@@ -249,7 +254,11 @@ impl Session {
                     self.save();
                 }
             }
-            (Question::Changed { theirs, .. }, Answer::TakeTheirs) => self.take(theirs),
+            (Question::Changed { theirs, .. }, Answer::TakeTheirs) => {
+                // what was to happen after saving does not: undo brings the work back
+                self.pending = None;
+                self.take(theirs);
+            }
             (Question::Found(_), Answer::Recover) => self.recover(),
             (Question::Found(_), Answer::Discard) => self.forget_found(),
             (question, _) => self.question = Some(question),

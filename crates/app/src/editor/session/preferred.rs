@@ -86,6 +86,11 @@ impl Session {
         match edit {
             Edit::RenameNode { from, to } => {
                 self.preferred.0.insert(to.clone(), self.preferred(from));
+                for port in [&mut self.pinned, &mut self.compared, &mut self.last].into_iter().flatten() {
+                    if let Some(output) = port.strip_prefix(from.as_str()).and_then(|rest| rest.strip_prefix('.')) {
+                        *port = format!("{to}.{output}");
+                    }
+                }
             }
             Edit::AddNode { name, .. } | Edit::AddWritten { name, .. } => {
                 self.preferred.0.remove(name);

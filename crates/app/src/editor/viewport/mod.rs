@@ -437,6 +437,8 @@ impl Viewport {
                 };
                 self.tool = if on { tool } else { Tool::Look };
                 self.profile.clear();
+                // a drag with the tool that is left ends here, or the next one would replace it
+                session.end_gesture();
                 self.draw.end(session);
             }
             Action::Compare => {

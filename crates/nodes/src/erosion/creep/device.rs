@@ -232,7 +232,7 @@ fn report(
     let boundary = window.world.boundary;
     let is_closed = ![boundary.west, boundary.east, boundary.north, boundary.south]
         .iter()
-        .any(|edge| matches!(edge, Edge::Open | Edge::Base));
+        .any(|edge| matches!(edge, Edge::Open | Edge::Inland | Edge::Base));
     let left: f64 = match left {
         Some(left) => ledger::sums(&recorder.read(left, 2 * (window.nx() + window.ny()))?, |metres| [metres])[0],
         None if is_closed => 0.0,
@@ -254,8 +254,8 @@ fn mobility(job: &Job<'_>, params: &Params) -> Result<f64, NodeError> {
 /// The number of a side in the shader.
 fn side(edge: Edge) -> Scalar {
     Scalar::U32(match edge {
-        Edge::Open => 0,
+        Edge::Open | Edge::Inland => 0,
         Edge::Base => 1,
-        Edge::Wall | Edge::Periodic | Edge::Inland => 2,
+        Edge::Wall | Edge::Periodic => 2,
     })
 }

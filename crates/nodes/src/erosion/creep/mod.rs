@@ -4,7 +4,7 @@ mod device;
 
 use crate::numerics::{hillslope::Hillslope, ledger};
 use crate::prelude::*;
-use orograph_graph::memory::zeroed;
+use orograph_graph::{Boundary, Edge, memory::zeroed};
 
 params! {
     /// Simulated time.
@@ -76,7 +76,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { height: start, diffusivity } = Inputs::read(job)?;
     let params = Params::read(job.params);
     let window = job.window();
-    let slope = Hillslope::new(&window, diffusivity, params.critical_slope);
+    let slope = Hillslope::new(&without_margin(window), diffusivity, params.critical_slope);
     let steps = steps(slope.mobility(params.duration));
     let mut heights: Vec<f64> = start.samples().iter().map(|&height| f64::from(height)).collect();
     let wants = Wants::of(job);
@@ -102,6 +102,15 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
+/// A window whose `inland` sides are `open`: only nodes that compute a margin continue the terrain beyond them.
+fn without_margin(mut window: Window) -> Window {
+    let Boundary { west, east, north, south } = &mut window.world.boundary;
+    for edge in [west, east, north, south] {
+        *edge = if *edge == Edge::Inland { Edge::Open } else { *edge };
+    }
+    window
+}
+
 /// Returns the balance of soil from the sums of gains and losses of cells, and of what left the world, in metres over a
 /// cell.
 fn balance(job: &Job<'_>, [settled, eroded]: [f64; 2], left: f64) -> Report {
@@ -115,4 +124,25 @@ fn balance(job: &Job<'_>, [settled, eroded]: [f64; 2], left: f64) -> Report {
         0.0,
     ));
     report
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, outputs, with_params, world};
+
+    /// `inland` sides are like `open` ones: soil leaves at the low side, and does not pile up there.
+    #[test]
+    fn soil_leaves_at_inland_sides() {
+        let params = with_params(&NODE, "duration=1e6");
+        let of = |edge| {
+            let world = orograph_graph::World { boundary: Boundary::all(edge), ..world(40, 30, 20.0) };
+            let plane = field(world, |x, _| 0.1 * x);
+            let mut found = outputs(&NODE, &params, &[("height", &plane)]).expect("soil that creeps");
+            found.take("height").and_then(|value| value.as_field().cloned()).expect("a field").samples().to_vec()
+        };
+        let inland = of(Edge::Inland);
+        assert_eq!(inland, of(Edge::Open));
+        assert!(inland != of(Edge::Wall));
+    }
 }

@@ -337,6 +337,12 @@ impl Glacier {
                  precipitation",
             );
         }
+        if self.ledger.is_unsteady() {
+            job.warn(
+                "the ice is too fast for its cells, so its thickness is not to be trusted; use larger `ice_cell`, or lower \
+                 `sliding`, `yield_stress` or `fastest`",
+            );
+        }
         let [done, prevented] = self.lowered;
         let share = prevented / (done + prevented).max(f64::MIN_POSITIVE);
         if share > NOTABLE {

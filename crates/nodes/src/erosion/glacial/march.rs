@@ -66,9 +66,16 @@ pub(super) struct Ledger {
     pub melted_m: f64,
     pub left_m: f64,
     pub steps: u64,
+    /// Steps that were the shortest, although the ice changed by more than they aim at.
+    pub hasty: u64,
 }
 
 impl Ledger {
+    /// Returns true if the ice was too fast for its steps: then it may oscillate, and be thicker than any could be.
+    pub const fn is_unsteady(&self) -> bool {
+        100 * self.hasty > self.steps
+    }
+
     fn add(&mut self, change: &Change) {
         self.gained_m += change.gained_m;
         self.melted_m += change.melted_m;
@@ -82,6 +89,7 @@ impl Ledger {
         self.melted_m += other.melted_m;
         self.left_m += other.left_m;
         self.steps += other.steps;
+        self.hasty += other.hasty;
     }
 }
 
@@ -106,6 +114,7 @@ pub(super) fn march(job: &Job<'_>, ice: &mut impl Flowing, pace: &mut Pace, year
             }
             ice.accept()?;
             ledger.add(&change);
+            ledger.hasty += u64::from(change.most_m > pace.aim_m && dt_yr <= pace.shortest_yr);
             // a step that was cut to fit says little about the next
             let growth = (pace.aim_m / change.most_m.max(1e-9)).clamp(0.5, 1.4);
             pace.step_yr = if dt_yr < fits { fits.min(dt_yr * growth).max(0.5 * fits) } else { dt_yr * growth };

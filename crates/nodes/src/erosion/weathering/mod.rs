@@ -36,7 +36,7 @@ inputs! {
     height: Height;
     /// Exposure of the rock to weather.
     exposure: Mask = 1.0, 0.0..=1.0;
-    /// Mean annual temperature at sea level.
+    /// Mean annual temperature at height 0.
     temperature: Scalar(Celsius) = 12.0, -40.0..=40.0, soft -10.0..=30.0;
     /// Angle of repose of debris.
     talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=60.0;

@@ -107,6 +107,7 @@ impl Draw {
     /// Forgets what is being drawn, and ends the undo step of a handle that a key moves.
     pub(super) fn end(&mut self, session: &mut Session) {
         (self.fresh, self.picked, self.numbers) = (None, None, None);
+        (self.held, self.turned) = (None, None);
         self.end_nudge(session);
     }
 
