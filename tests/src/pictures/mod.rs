@@ -126,6 +126,7 @@ impl Drawing {
         if subject.has_base() {
             for (name, id, arguments) in [
                 ("flow", "Flow", r#"height: "base""#),
+                ("streams", "Rivers", r#"flow: "flow.flow", channel_area: 4e6"#),
                 ("strata", "Stratify", r#"height: "base", dip: 5"#),
                 ("tint", "Ramp", r#"value: "base""#),
                 ("relief", "Hillshade", r#"height: "base", tints: false"#),

@@ -194,18 +194,7 @@ pub(super) const SUBJECTS: &[Subject] = &[
         r#"selection: "mask", least_area: "1.5 km²""#,
     ),
     shown("Curvature", REAL_M, REAL, r#"height: "base", radius: 250, kind: tangential"#),
-    shown(
-        "Distance",
-        BROAD_M,
-        &[
-            ("hills", "Ridged", r#"wavelength: "6 km", octaves: 10, amplitude: "450 m", seed: 8"#),
-            ("rise", "Uplift", r#"radius: "9 km", rate: "1.2 mm/yr""#),
-            ("base", "StreamPower", r#"height: "hills", uplift: "rise", duration: "2.5 Myr""#),
-            ("water", "Flow", r#"height: "base""#),
-            ("streams", "Rivers", r#"flow: "water.flow", channel_area: 4e6"#),
-        ],
-        r#"lines: "streams.lines", limit: 1200"#,
-    ),
+    shown("Distance", BROAD_M, MOUNTAINS, r#"lines: "streams.lines", limit: 1200"#),
     shown("Occlusion", REAL_M, REAL, r#"height: "base""#).of("sky"),
     shown("Position", REAL_M, REAL, r#"height: "base", radius: 600"#),
     shown(

@@ -22,6 +22,7 @@ mod stages;
 mod store;
 #[cfg(test)]
 mod tests;
+mod twins;
 mod work;
 
 use std::{fmt, io, num::NonZero, path::Path, sync::Arc, sync::Mutex, time::Duration};

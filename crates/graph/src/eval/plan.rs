@@ -31,7 +31,7 @@ pub(super) struct Plan<'g> {
     /// Per request, its step and output, or why it cannot be evaluated.
     pub(super) targets: Vec<Result<Target, EvalError>>,
     /// Steps that equal an earlier one, which is read in their place: the earlier one and the other.
-    twins: Vec<(usize, usize)>,
+    pub(super) twins: Vec<(usize, usize)>,
 }
 
 /// A requested value.
@@ -222,52 +222,6 @@ impl<'g> Plan<'g> {
             }
         }
         Self { steps, targets, twins: Vec::new() }
-    }
-
-    /// Has equal nodes computed once: what reads a step with the key and the world of an earlier one reads the earlier
-    /// one, if its window covers what is read. Nothing needs the other then.
-    pub(super) fn share(&mut self, origins: &[Option<Origins>]) {
-        let mut known: HashMap<super::Key, Vec<usize>> = HashMap::new();
-        let mut instead: Vec<usize> = (0..self.steps.len()).collect();
-        for (at, origins) in origins.iter().enumerate() {
-            let step = &mut self.steps[at];
-            for input in &mut step.inputs {
-                if let Source::Wire { step, .. } = input {
-                    *step = instead[*step];
-                }
-            }
-            if let Coarser::State(below) | Coarser::Results(below) = &mut step.below {
-                *below = instead[*below];
-            }
-            let Some(origins) = origins else { continue };
-            let step = &self.steps[at];
-            let earlier = known.entry(origins.key).or_default();
-            let equal = earlier.iter().copied().find(|first| {
-                let first = &self.steps[*first];
-                first.level == step.level
-                    && first.below == step.below
-                    && first.has_state == step.has_state
-                    && first.wanted.contains(&step.wanted)
-            });
-            match equal {
-                Some(first) => {
-                    instead[at] = first;
-                    let byproducts = step.byproducts;
-                    let all = (0..step.outputs()).filter(|output| byproducts.contains(*output));
-                    self.steps[first].byproducts = all.fold(self.steps[first].byproducts, Wanted::with);
-                    self.twins.push((first, at));
-                }
-                None => earlier.push(at),
-            }
-        }
-        for target in self.targets.iter_mut().flatten() {
-            target.step = instead[target.step];
-        }
-    }
-
-    /// The steps in whose place a step is read.
-    pub(super) fn twins(&self, of: usize) -> impl Iterator<Item = &Step<'g>> {
-        self.twins.iter().filter(move |(first, _)| *first == of).map(|(_, twin)| &self.steps[*twin])
     }
 
     /// Propagates faults to the steps that read a faulty one; these have no keys.
