@@ -4,8 +4,11 @@ fn height_of(x: u32, y: u32) -> f32 {
     return read_height(at(x, y));
 }
 
-/// A sample in the row `y` of the raster, or extrapolated beyond its ends.
+/// A sample in the row `y` of the raster, or extrapolated beyond its ends, or at the other end where they are joined.
 fn in_row(x: i32, y: u32) -> f32 {
+    if (p.k_wraps_x != 0u) {
+        return height_of(u32(cell_in_line(x, p.nx, true)), y);
+    }
     if (x < 0) {
         let edge = height_of(0u, y);
         return edge + (edge - height_of(min(1u, p.nx - 1u), y));
@@ -17,8 +20,11 @@ fn in_row(x: i32, y: u32) -> f32 {
     return height_of(u32(x), y);
 }
 
-/// A sample of the raster, or extrapolated beyond its sides.
+/// A sample of the raster, or beyond its sides.
 fn padded(x: i32, y: i32) -> f32 {
+    if (p.k_wraps_y != 0u) {
+        return in_row(x, u32(cell_in_line(y, p.ny, true)));
+    }
     if (y < 0) {
         let edge = in_row(x, 0u);
         return edge + (edge - in_row(x, min(1u, p.ny - 1u)));

@@ -9,10 +9,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (is_outside(cell)) {
         return;
     }
-    let west = max(cell.x, 1u) - 1u;
-    let east = min(cell.x + 1u, p.nx - 1u);
-    let north = max(cell.y, 1u) - 1u;
-    let south = min(cell.y + 1u, p.ny - 1u);
+    let x = i32(cell.x);
+    let y = i32(cell.y);
+    let west = line_index(x - 1, p.nx, p.k_wraps_x != 0u);
+    let east = line_index(x + 1, p.nx, p.k_wraps_x != 0u);
+    let north = line_index(y - 1, p.ny, p.k_wraps_y != 0u);
+    let south = line_index(y + 1, p.ny, p.k_wraps_y != 0u);
     let centre = before[at(cell.x, cell.y)];
     let w = before[at(west, cell.y)] - centre;
     let e = before[at(east, cell.y)] - centre;

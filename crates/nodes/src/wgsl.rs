@@ -10,7 +10,7 @@ pub(crate) use wgsl;
 
 /// Functions of numbers.
 pub(crate) const MATH: &str = wgsl!("lib/math");
-/// Height gradients.
+/// Height gradients; it needs [`LINES`] and the numbers of [`crate::numerics::joins`].
 pub(crate) const GRADIENT: &str = wgsl!("lib/gradient");
 /// The edges of a range; it needs [`MATH`].
 pub(crate) const WITHIN: &str = wgsl!("lib/within");
@@ -45,5 +45,5 @@ pub(crate) const ICE: &str = wgsl!("lib/ice");
 pub(crate) const HORIZON: &str = wgsl!("lib/horizon");
 /// The hidden part of the sky, by horizons.
 pub(crate) const SKY: &str = wgsl!("lib/sky");
-/// Sunlight between moments; it needs [`GRADIENT`].
+/// Sunlight between moments; it needs [`GRADIENT`] and what that needs.
 pub(crate) const SUNLIGHT: &str = wgsl!("lib/sunlight");

@@ -308,7 +308,7 @@ impl Builder {
             }
             match (writers[at].as_mut(), value.as_field()) {
                 (Some(writer), Some(rows)) => writer.rows(rows, cancel)?,
-                _ => staging.write(&request.outputs[at], &value, &window.world, &key, cancel)?,
+                _ => staging.write(&request.outputs[at], &value, &window, &key, cancel)?,
             }
             drop(value);
             if let Some(writer) = writers[at].take_if(|_| is_last) {

@@ -13,7 +13,7 @@ use crate::{
         backend::BackendName,
         request::{Changes, Request},
     },
-    export::cube::{Axis, Cube, Plan, holds},
+    export::cube::{Axis, Cube, MISSED, Plan, holds},
     files::read_by,
     report::{
         failure::Failure,
@@ -30,7 +30,7 @@ pub struct CubeArgs {
     /// Each output is an array with a labelled dimension for each `--sweep`, for y and for x; of the terrains of a
     /// sweep, mean, quantiles and probabilities are stored for each cell. The same command continues a sweep that was
     /// stopped.
-    #[arg(long, conflicts_with_all = ["format", "engine", "tiles", "mesh", "dither", "lines", "holes", "json"])]
+    #[arg(long, conflicts_with_all = ["format", "engine", "tiles", "mesh", "dither", "lines", "holes", "json", "timings"])]
     pub cube: bool,
     /// Quantiles of each cell over the terrains of a cube, from 0 to 1
     #[arg(long, value_name = "Q,Q", value_delimiter = ',', default_value = "0.05,0.5,0.95",
@@ -71,7 +71,6 @@ impl Job<'_> {
         if done > 0 && !self.is_quiet {
             terminal::remark(&format!("continuing: {} of {} are complete\n", done, variants.len()));
         }
-        let mut missed = 0;
         for (at, member) in left.into_iter().enumerate() {
             let label = variants[member].label();
             if !self.is_quiet && variants.len() > 1 {
@@ -79,11 +78,13 @@ impl Job<'_> {
             }
             let expected = builder.build_member(&variants[member].request, &cube, member, cancel, progress)?;
             if let Some(what) = expected.missed() {
-                missed += 1;
                 terminal::remark(&format!("{} {label}: {what}\n", Page::stderr().bad("missed:")));
+                cube.note_missed(&label, &what)?;
             }
         }
         cube.finish(cancel)?;
+        // also those of the runs that this one continues
+        let missed = cube.missed().len();
         if !self.is_quiet {
             let (page, count) = (Page::stdout(), counted(variants.len(), "terrain"));
             let name = page.name(&cube.folder().display().to_string());
@@ -93,7 +94,7 @@ impl Job<'_> {
             return Ok(());
         }
         let what = format!("{missed} of {} missed an expectation", counted(variants.len(), "terrain"));
-        Err(Failure::wrong(what).hint("the cube is complete"))
+        Err(Failure::wrong(what).hint(format!("the cube is complete; its `{MISSED}` says which")))
     }
 
     /// The swept dimensions, the seed last, and every terrain.

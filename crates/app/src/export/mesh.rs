@@ -3,8 +3,8 @@
 //! A regular grid of vertices spans the world, as fine as the number of triangles allows and never finer than the
 //! cells. Lengths are metres; x is east, y up, z south, right-handed, with the centre of the world at x = z = 0 and y
 //! the elevation, so that meshes of windows fit together. Each square is split along the diagonal whose ends differ
-//! less in height, so that diagonal ridges and valleys stay connected. Textures of the whole world need no adjustment:
-//! u is east and v south from the north-west corner.
+//! less in height, so that diagonal ridges and valleys stay connected. Textures of the same window need no adjustment:
+//! u is east and v south from its north-west corner.
 //!
 //! Sources: Khronos Group, 2021, "glTF 2.0 Specification"; Wavefront Technologies, 1995, "Object Files (.obj)".
 

@@ -6,16 +6,16 @@
 
 use std::collections::HashMap;
 
-use orograph_graph::{Line, Lines, World};
+use orograph_graph::{Line, Lines, Window};
 
 use super::mesh::Mesh;
 
 /// Returns the surfaces of all areas as one mesh. Returns None if there are none.
 #[must_use]
-pub fn mesh_of_areas(lines: &Lines, world: &World) -> Option<Mesh> {
+pub fn mesh_of_areas(lines: &Lines, window: &Window) -> Option<Mesh> {
     let mut mesh = Mesh::default();
     for (area, rings) in lines.rings() {
-        Surface { mesh: &mut mesh, world, level_m: area.level_m, places: HashMap::new() }.add(rings);
+        Surface { mesh: &mut mesh, window, level_m: area.level_m, places: HashMap::new() }.add(rings);
     }
     (!mesh.triangles.is_empty()).then_some(mesh)
 }
@@ -23,7 +23,7 @@ pub fn mesh_of_areas(lines: &Lines, world: &World) -> Option<Mesh> {
 /// The surface of one area in progress.
 struct Surface<'a> {
     mesh: &'a mut Mesh,
-    world: &'a World,
+    window: &'a Window,
     level_m: f64,
     /// The vertices by the bits of their positions.
     places: HashMap<[u64; 2], u32>,
@@ -118,12 +118,16 @@ impl Surface<'_> {
 
     /// Returns the vertex at a position in metres from the north-west corner.
     fn vertex(&mut self, position_m: [f64; 2]) -> u32 {
-        let (mesh, size, level_m) = (&mut *self.mesh, self.world.size, self.level_m);
+        let (mesh, window, level_m) = (&mut *self.mesh, self.window, self.level_m);
+        let (size, metres) = (window.world.size, |cells: u32| f64::from(cells) * window.cell_m());
         *self.places.entry(position_m.map(f64::to_bits)).or_insert_with(|| {
             let [x, z] = [0, 1].map(|axis| (position_m[axis] - 0.5 * size[axis]) as f32);
             mesh.positions.push([x, level_m as f32, z]);
             mesh.normals.push([0.0, 1.0, 0.0]);
-            mesh.places.push([0, 1].map(|axis| (position_m[axis] / size[axis]) as f32));
+            mesh.places
+                .push([0, 1].map(|axis| {
+                    ((position_m[axis] - metres(window.origin[axis])) / metres(window.cells[axis])) as f32
+                }));
             mesh.positions.len() as u32 - 1
         })
     }
@@ -133,7 +137,7 @@ impl Surface<'_> {
 mod tests {
     use std::collections::BTreeMap;
 
-    use orograph_graph::{Area, Vertex};
+    use orograph_graph::{Area, Vertex, World};
 
     use super::*;
 
@@ -158,7 +162,7 @@ mod tests {
     #[test]
     fn surfaces_are_flat_face_up_and_have_the_area_of_the_rings() {
         let world = World { size: [100.0, 80.0], cells: [10, 8], ..World::default() };
-        let mesh = mesh_of_areas(&lakes(), &world).expect("water");
+        let mesh = mesh_of_areas(&lakes(), &Window::whole(world)).expect("water");
         let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize].map(f64::from));
@@ -177,7 +181,7 @@ mod tests {
     #[test]
     fn surfaces_have_no_gaps() {
         let world = World { size: [100.0, 80.0], cells: [10, 8], ..World::default() };
-        let mesh = mesh_of_areas(&lakes(), &world).expect("water");
+        let mesh = mesh_of_areas(&lakes(), &Window::whole(world)).expect("water");
         let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
         for [a, b, c] in &mesh.triangles {
             for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -195,6 +199,6 @@ mod tests {
         for (edge, count) in edges {
             assert!(count == 2 || count == 1 && on_ring(edge), "{edge:?} {count}");
         }
-        assert_eq!(mesh_of_areas(&Lines::default(), &world), None);
+        assert_eq!(mesh_of_areas(&Lines::default(), &Window::whole(world)), None);
     }
 }

@@ -40,7 +40,8 @@ pub fn rows(balance: &Balance) -> Vec<[String; 2]> {
 pub fn text(report: &Report, page: Page) -> String {
     let mut table = Table::new(&[("", Align::Left), ("", Align::Right)]);
     for measure in &report.measures {
-        table.row([words(&measure.name), value(measure)]);
+        // the name by which an expectation calls it
+        table.row([measure.name.clone(), value(measure)]);
     }
     for balance in &report.ledger {
         table.row([page.bold(&words(&balance.material)), String::new()]);

@@ -96,6 +96,20 @@ fn a_sweep_fills_a_cube() {
     assert!(!place.path("x").exists());
 }
 
+/// Terrains that missed an expectation are not built again, and the command fails again.
+#[test]
+fn a_cube_that_missed_says_so_each_time() {
+    let place = Place::new();
+    place.write("g.ron", &GRAPH.replace("    outputs:", "    expect: { \"relief\": (0, 1) },\n    outputs:"));
+    let sweep = ["run", "g.ron", "--cube", "--sweep", "seed=1..2", "-o", "out"];
+    place.run(&sweep).ended(1, &["2 terrains missed an expectation", "missed.json"]);
+    place.run(&sweep).ended(1, &["continuing: 2 of 2", "2 terrains missed an expectation"]);
+    let missed: BTreeMap<String, String> =
+        serde_json::from_slice(&place.bytes("out/g.zarr/missed.json")).expect("a table");
+    assert!(missed.len() == 2 && missed.values().all(|what| what.contains("relief")), "{missed:?}");
+    place.run(&[&sweep[..], &["--timings"]].concat()).ended(1, &["--timings"]);
+}
+
 #[test]
 fn a_killed_sweep_continues_to_the_same_bytes() {
     let place = Place::new();

@@ -53,6 +53,35 @@ fn steps_are_named_and_clicked() {
     assert_eq!(window.query_all_by_label_contains("ground.amplitude").count(), 0);
 }
 
+/// An edit that replaces an undone one has its own description, also if the pane was hidden meanwhile.
+#[test]
+fn a_step_in_place_of_an_undone_one_has_its_own_name() {
+    crate::draws();
+    let mut window = opened();
+    for amplitude in [1000.0, 2000.0] {
+        assert!(window.state_mut().session_mut().apply(&set("ground", "amplitude", amplitude)));
+        window.run_steps(2);
+    }
+    until(&mut window, "the steps are described", |window| {
+        window.query_all_by_label_contains("ground.amplitude").count() == 2
+    });
+    window.state_mut().session_mut().undo();
+    window.run_steps(2);
+    assert!(window.state_mut().session_mut().apply(&set("rise", "rate", 0.002)));
+    until(&mut window, "the new step is described", |window| window.query_by_label_contains("rise.rate").is_some());
+    window.get_by_label("Inspector").click();
+    window.run_steps(2);
+    let session = window.state_mut().session_mut();
+    assert!(session.undo() && session.undo());
+    assert!(session.apply(&set("ground", "wavelength", 4000.0)) && session.apply(&set("ground", "gain", 0.4)));
+    window.run_steps(2);
+    window.get_by_label("History").click();
+    until(&mut window, "both are described", |window| {
+        ["ground.wavelength", "ground.gain"].iter().all(|name| window.query_by_label_contains(name).is_some())
+    });
+    assert_eq!(window.query_all_by_label_contains("ground.amplitude").count(), 0);
+}
+
 #[test]
 fn a_snapshot_is_compared_and_restored() {
     crate::draws();

@@ -57,6 +57,36 @@ fn a_text_field_keeps_the_keys_while_the_pointer_is_over_the_graph() {
     assert_eq!(document(&window).source(), ROW, "the keys go to the field");
 }
 
+/// Ctrl+S and Ctrl+Q count what is still in its field.
+#[test]
+fn what_is_typed_counts_before_the_file_is_saved_or_closed() {
+    let (mut window, _folder) = window_on(ROW);
+    let saved = |window: &Harness<'_, App>| {
+        let path = window.state().session().path().expect("a file").to_owned();
+        std::fs::read_to_string(path).expect("readable")
+    };
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    window.get_by_label("note").focus();
+    window.run_steps(2);
+    type_text(&mut window, "an early draft");
+    key(&mut window, Modifiers::COMMAND, Key::S);
+    assert!(saved(&window).contains("an early draft"), "{}", saved(&window));
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    key(&mut window, Modifiers::NONE, Key::F2);
+    type_text(&mut window, "renamed");
+    key(&mut window, Modifiers::COMMAND, Key::S);
+    assert!(saved(&window).contains("\"renamed\""), "{}", saved(&window));
+    window.get_by_label("note").focus();
+    window.run_steps(2);
+    type_text(&mut window, ", and more");
+    key(&mut window, Modifiers::COMMAND, Key::Q);
+    assert!(document(&window).source().contains("an early draft, and more"), "{}", document(&window).source());
+    let session = window.state().session();
+    assert!(session.question().is_some() && !session.is_over(), "it asks whether to save");
+}
+
 #[test]
 fn a_refused_name_stays_in_its_field_with_its_note() {
     let (mut window, _folder) = window_on(ROW);

@@ -59,7 +59,7 @@ pub enum Passes {
     /// One pass over all cells with the first shader, entry point `main`.
     One {
         /// Which rows around its own a cell reads.
-        rows: Rows,
+        rows: fn(&Job<'_>) -> Rows,
         /// The numbers of the shader that are not in the declaration.
         values: fn(&Job<'_>) -> Vec<(&'static str, Scalar)>,
     },
@@ -96,12 +96,12 @@ pub trait Steps: Send + Sync {
 
 impl Passes {
     /// One pass in which each cell reads only its own.
-    pub const POINT: Self = Self::around(0);
+    pub const POINT: Self = Self::point(|_| Vec::new());
 
-    /// One pass in which each cell reads that many rows around its own.
+    /// The same with numbers that are not in the declaration.
     #[must_use]
-    pub const fn around(rows: u32) -> Self {
-        Self::One { rows: Rows::Around(rows), values: |_| Vec::new() }
+    pub const fn point(values: fn(&Job<'_>) -> Vec<(&'static str, Scalar)>) -> Self {
+        Self::One { rows: |_| Rows::Around(0), values }
     }
 }
 

@@ -170,7 +170,7 @@ pub fn record(kernel: &GpuKernel, job: &Job<'_>, recorder: &mut dyn Recorder) ->
                 return Err(NodeError::failed("the kernel has no shader"));
             };
             let values = values(job);
-            recorder.pass(&Pass { shader, entry: "main", bind: &[], values: &values, over: Over::Cells(rows) })
+            recorder.pass(&Pass { shader, entry: "main", bind: &[], values: &values, over: Over::Cells(rows(job)) })
         }
         Passes::Recorded(run) => run(job, recorder),
         Passes::Stepped(begin) => {

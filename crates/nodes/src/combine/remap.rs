@@ -128,17 +128,14 @@ static GPU: GpuKernel = GpuKernel {
         values: &[("octaves", Number::F32), ("least", Number::F32), ("most", Number::F32)],
         slots: &[Slot::input("value"), Slot::output("value")],
     }],
-    passes: Passes::One {
-        rows: Rows::Around(0),
-        values: |job| {
-            let params = Params::read(job.params);
-            let octaves = if params.spacing == Spacing::Logarithmic { params.octaves() } else { 0.0 };
-            let [least, most] = params.limits();
-            [("octaves", octaves), ("least", least), ("most", most)]
-                .map(|(name, value)| (name, Scalar::F32(value as f32)))
-                .to_vec()
-        },
-    },
+    passes: Passes::point(|job| {
+        let params = Params::read(job.params);
+        let octaves = if params.spacing == Spacing::Logarithmic { params.octaves() } else { 0.0 };
+        let [least, most] = params.limits();
+        [("octaves", octaves), ("least", least), ("most", most)]
+            .map(|(name, value)| (name, Scalar::F32(value as f32)))
+            .to_vec()
+    }),
     covers: |params| {
         let params = Params::read(params);
         let [from0, from1] = params.from.map(|v| v as f32);

@@ -3,8 +3,7 @@
 use super::mix;
 use crate::numerics::{
     extremes::{disc, highest, lowest},
-    lines::Ends,
-    par,
+    joins, par,
 };
 use crate::{prelude::*, wgsl};
 use orograph_graph::gpu::{ScratchId, Size};
@@ -87,8 +86,8 @@ static SHADER: Shader = Shader {
         ("k_rows", Number::I32),
         ("k_from", Number::U32),
         ("k_to", Number::U32),
-        ("k_wraps_x", Number::U32),
-        ("k_wraps_y", Number::U32),
+        joins::NUMBERS[0],
+        joins::NUMBERS[1],
     ],
     slots: &[
         Slot::input("value"),
@@ -122,7 +121,7 @@ struct Search<'r> {
     lines: [ScratchId; 2],
     rows: i32,
     most: i32,
-    wraps: [bool; 2],
+    window: Window,
 }
 
 impl<'r> Search<'r> {
@@ -135,8 +134,7 @@ impl<'r> Search<'r> {
         let most = i32::try_from(halves[0]).unwrap_or(i32::MAX);
         let table = recorder.table(&halves)?;
         let lines = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
-        let wraps = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
-        Ok(Self { recorder, halves, table, lines, rows, most, wraps })
+        Ok(Self { recorder, halves, table, lines, rows, most, window })
     }
 
     fn pass(
@@ -146,7 +144,7 @@ impl<'r> Search<'r> {
         (sign, span): (f32, i32),
         around: i32,
     ) -> Result<(), NodeError> {
-        let rows = if around > 0 && self.wraps[1] { Rows::All } else { Rows::Around(around.unsigned_abs()) };
+        let (rows, [across, down]) = (joins::rows(&self.window, around.unsigned_abs()), joins::numbers(&self.window));
         // rows of the disc whose lines two of the length `span` cover
         let is_covered = |half: &u32| (span..2 * span).contains(&(2 * *half as i32 + 1));
         let [from, to] = [self.halves.iter().position(is_covered), self.halves.iter().rposition(is_covered)];
@@ -160,8 +158,8 @@ impl<'r> Search<'r> {
                 ("k_rows", Scalar::I32(self.rows)),
                 ("k_from", Scalar::U32(from.unwrap_or(1) as u32)),
                 ("k_to", Scalar::U32(to.unwrap_or(0) as u32)),
-                ("k_wraps_x", Scalar::U32(u32::from(self.wraps[0]))),
-                ("k_wraps_y", Scalar::U32(u32::from(self.wraps[1]))),
+                across,
+                down,
             ],
             over: if entry == "raise" { Over::Tiles(TILE, rows) } else { Over::Cells(rows) },
         })

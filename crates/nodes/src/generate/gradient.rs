@@ -86,7 +86,7 @@ static GPU: GpuKernel = GpuKernel {
         ],
         slots: &[Slot::output("value")],
     }],
-    passes: Passes::One { rows: Rows::Around(0), values },
+    passes: Passes::point(values),
     // positions in single precision: not for ramps of a few cells far from their centre
     covers: |params| {
         let params = Params::read(params);

@@ -16,6 +16,7 @@ pub mod gaussian;
 pub mod gradient;
 pub(crate) mod hillslope;
 pub mod horizon;
+pub(crate) mod joins;
 pub(crate) mod lakes;
 pub mod ledger;
 pub mod light;

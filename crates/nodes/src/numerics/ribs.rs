@@ -159,7 +159,7 @@ fn squares(samples: &[f32]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::Window;
+    use orograph_graph::{Boundary, Edge, Window, World};
 
     use super::*;
     use crate::testing;
@@ -208,6 +208,29 @@ mod tests {
         let [diagonal, straight] =
             [([0.2, 0.2], [7, 7]), ([0.3, 0.0], [10, 0])].map(|(rise, lag)| alike(&on_plane(rise, 1.0)[1], lag));
         assert!((diagonal - straight).abs() < 0.15, "{diagonal} {straight}");
+    }
+
+    /// Knolls go on across joined sides: steps there are like those inside, and not like those between any two columns.
+    #[test]
+    fn knolls_and_ribs_go_on_across_joined_sides() {
+        let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::all(Edge::Open) };
+        let world = World { boundary: sides, ..testing::world(SIDE as u32, SIDE as u32, CELL_M) };
+        let turn = std::f64::consts::TAU / SIDE as f64;
+        let height =
+            |cell: usize| (60.0 * math::sin(turn * (cell % SIDE) as f64) + 0.3 * CELL_M * (cell / SIDE) as f64) as f32;
+        let made = testing::with_job(Window::whole(world), |job| {
+            let knolls = Knolls::new(job, 0.2, 700.0);
+            let heights: Vec<f32> = (0..SIDE * SIDE).map(height).collect();
+            [knolls.all(job).expect("knolls"), ribs(job, &knolls, &heights, 1.0).expect("ribs")]
+        });
+        for samples in made {
+            let steps = |here: usize, next: usize| -> f32 {
+                (0..SIDE).map(|y| (samples[y * SIDE + here] - samples[y * SIDE + next]).abs()).sum()
+            };
+            let inside = (0..SIDE - 1).map(|x| steps(x, x + 1)).fold(0.0, f32::max);
+            assert!(steps(SIDE - 1, 0) < 1.1 * inside, "{} {inside}", steps(SIDE - 1, 0));
+            assert!(steps(SIDE / 2, 0) > 1.5 * inside, "{} {inside}", steps(SIDE / 2, 0));
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Both are sums of waves as functions of position. Nodes with the same seed, size and deviation therefore see the same
 //! rock, whatever their cells.
 
-use orograph_graph::{Job, Lane, NodeError, mix};
+use orograph_graph::{Edge, Job, Lane, NodeError, mix};
 
 use super::{
     math,
@@ -114,10 +114,19 @@ impl Knolls {
             return Self { octaves: Vec::new(), amplitude_m: 0.0 };
         }
         let seed = mix(job.seed() ^ mix(0x5EED_0003));
-        let fractal = Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable: false, seed };
+        let world = job.window().world;
+        let octaves = |tileable: bool| {
+            Fractal { wavelength_m, octaves: 24, lacunarity: 2.0, gain: 0.5, tileable, seed }.octaves(&world)
+        };
+        // joined sides need lattices that repeat there
+        let is_joined = [world.boundary.west, world.boundary.north].map(|side| side == Edge::Periodic);
+        let axes = |(plain, tiled): (&Octave, &Octave)| {
+            std::array::from_fn(|axis| if is_joined[axis] { tiled.axes[axis] } else { plain.axes[axis] })
+        };
         // all waves at full height that cells can represent
-        let full = |octave: Octave| Octave { fade: 1.0, ..octave.seen(1.0, [0; 2]) };
-        let octaves = fractal.octaves(&job.window().world).into_iter().map(full).collect();
+        let full =
+            |both: (Octave, Octave)| Octave { fade: 1.0, axes: axes((&both.0, &both.1)), ..both.0 }.seen(1.0, [0; 2]);
+        let octaves = octaves(false).into_iter().zip(octaves(true)).map(full).collect();
         Self { octaves, amplitude_m: roughness * wavelength_m / (OCTAVE_SLOPE * FIRST_OCTAVE) }
     }
 

@@ -32,7 +32,7 @@ impl Variation {
     pub fn of_slopes(job: &Job<'_>, deviation: f64, longest_m: f64, shortest: f64, seed: u32) -> Self {
         let (grain, spectral_slope) = (grain(job.seed()), SLOPES);
         let waves = Waves { longest_m, spectral_slope, stretch: SLOPES_STRETCH, grain, seed };
-        Self { deviation, waves: waves.sampler(shortest * longest_m), most: MOST_DEVIATIONS }
+        Self { deviation, waves: waves.sampler(shortest * longest_m, job.world()), most: MOST_DEVIATIONS }
     }
 
     /// Multiplies a value per cell by the factor, over its root mean square.

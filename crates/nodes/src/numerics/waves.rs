@@ -3,11 +3,15 @@
 //! Each octave is noise of Perlin (2002), with half the wavelength of the one before and an amplitude that gives the
 //! sum its spectral slope. The lattice is rotated against rows and columns, and may be stretched along its first axis.
 //! The standard deviation of the sum is 1 with all octaves, including those too short for the cells, so that the field
-//! does not depend on the cell size; finer cells only add detail.
+//! does not depend on the cell size; finer cells only add detail. In a periodic world they go on across its sides.
 
-use orograph_graph::{Job, NodeError, Window, memory::zeroed, mix};
+use orograph_graph::{Job, NodeError, Window, World, memory::zeroed, mix};
 
-use super::{math, par, simd::simd};
+use super::{
+    joins::{Joins, Weights},
+    math, par,
+    simd::simd,
+};
 
 /// The shortest wavelength that cells can represent, in cells.
 pub const SHORTEST_CELLS: f64 = 4.0;
@@ -45,12 +49,19 @@ pub struct Sampler {
     stretch: f64,
     /// Wavelength in metres, weight and seed of each octave.
     octaves: Vec<(f64, f64, u32)>,
+    joins: Option<Joins>,
 }
 
 impl Waves {
-    /// Creates a sampler without wavelengths below `shortest_m` metres, except for the longest octave.
+    /// Creates a sampler for a world, without wavelengths below `shortest_m` metres, except for the longest octave.
     #[must_use]
-    pub fn sampler(&self, shortest_m: f64) -> Sampler {
+    pub fn sampler(&self, shortest_m: f64, world: &World) -> Sampler {
+        Sampler { joins: Joins::of(world, self.longest_m, Weights::Random), ..self.endless(shortest_m) }
+    }
+
+    /// As [`Self::sampler`], on a plane without end.
+    #[must_use]
+    pub fn endless(&self, shortest_m: f64) -> Sampler {
         let angle = |at: usize| at as f64 * (std::f64::consts::TAU / 256.0);
         let gradients =
             [std::array::from_fn(|at| math::cos(angle(at))), std::array::from_fn(|at| math::sin(angle(at)))];
@@ -64,7 +75,7 @@ impl Waves {
             })
             .collect();
         let (cosine, sine) = (math::cos(self.grain), math::sin(self.grain));
-        Sampler { gradients, cosine, sine, stretch: self.stretch, octaves }
+        Sampler { gradients, cosine, sine, stretch: self.stretch, octaves, joins: None }
     }
 
     /// Evaluates the field without wavelengths below `shortest_m` metres on the cells of a window.
@@ -72,7 +83,7 @@ impl Waves {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn field(&self, job: &Job<'_>, window: &Window, shortest_m: f64) -> Result<Vec<f32>, NodeError> {
-        let sampler = self.sampler(shortest_m);
+        let sampler = self.sampler(shortest_m, &window.world);
         let mut samples = zeroed(window.len())?;
         par::each(samples.chunks_mut(window.nx()), |j, row| {
             job.check()?;
@@ -86,7 +97,14 @@ impl Waves {
 impl Sampler {
     /// Returns the field at a position in metres.
     #[must_use]
-    pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
+    pub fn at(&self, place_m: [f64; 2]) -> f64 {
+        match &self.joins {
+            Some(joins) => joins.blend(place_m, |place_m| self.endless_at(place_m)),
+            None => self.endless_at(place_m),
+        }
+    }
+
+    fn endless_at(&self, [x, y]: [f64; 2]) -> f64 {
         let along = (x * self.cosine + y * self.sine) / self.stretch;
         let across = y * self.cosine - x * self.sine;
         let octave = |&(wave_m, weight, seed): &(f64, f64, u32)| {
@@ -104,7 +122,8 @@ impl Sampler {
         assert!(xs.len() == values.len() && ys.len() == values.len(), "a value for each position");
         let (mut along, mut across) = ([0.0; BLOCK], [0.0; BLOCK]);
         for ((xs, ys), values) in xs.chunks(BLOCK).zip(ys.chunks(BLOCK)).zip(values.chunks_mut(BLOCK)) {
-            for (k, (x, y)) in xs.iter().zip(ys).enumerate() {
+            for (k, (&x, &y)) in xs.iter().zip(ys).enumerate() {
+                let [x, y] = self.joins.map_or([x, y], |joins| joins.inside([x, y]));
                 along[k] = (x * self.cosine + y * self.sine) / self.stretch;
                 across[k] = y * self.cosine - x * self.sine;
             }
@@ -112,6 +131,12 @@ impl Sampler {
             values.fill(-0.0);
             for octave in &self.octaves {
                 add_octave(&self.gradients, &along, &across, octave, values);
+            }
+            let Some(joins) = &self.joins else { continue };
+            for ((&x, &y), value) in xs.iter().zip(ys).zip(values) {
+                if joins.changes(joins.inside([x, y])) {
+                    *value = self.at([x, y]);
+                }
             }
         }
     }
@@ -197,20 +222,43 @@ fn low_word(whole: f64) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::{Boundary, Edge};
+
     use super::*;
-    use crate::testing::moments;
+    use crate::testing::{moments, world};
+
+    /// Beside joined sides a field is as rough as elsewhere, and steps across them are as small.
+    #[test]
+    fn a_field_goes_on_across_joined_sides() {
+        let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::all(Edge::Open) };
+        let world = World { boundary: sides, ..world(400, 4000, 25.0) };
+        let waves = Waves { longest_m: 2e3, spectral_slope: 2.5, stretch: 2.5, grain: 0.7, seed: 5 };
+        let (joined, endless) = (waves.sampler(100.0, &world), waves.endless(100.0));
+        let rows = || (0..4000).map(|y| f64::from(y) * 25.0);
+        let steps = |sampler: &Sampler, x: f64| {
+            rows().map(|y| (sampler.at([x, y]) - sampler.at([x + 25.0, y])).abs()).fold(0.0, f64::max)
+        };
+        let (seam, inside) = (steps(&joined, 9_987.5), steps(&endless, 4000.0));
+        assert!(seam < 1.3 * inside && steps(&joined, 9000.0) < 1.3 * inside, "{seam} {inside}");
+        let samples: Vec<f32> = rows().map(|y| joined.at([9000.0, y]) as f32).collect();
+        let (mean, deviation) = moments(&samples);
+        // some 30 of the longest waves in a column
+        assert!(mean.abs() < 0.3 && (deviation - 1.0).abs() < 0.2, "{mean} {deviation}");
+    }
 
     #[test]
     fn many_positions_have_the_values_of_each() {
         let waves = Waves { longest_m: 3e3, spectral_slope: 2.4, stretch: 2.5, grain: 0.9, seed: 8 };
-        let sampler = waves.sampler(40.0);
+        let joined = World { boundary: Boundary::all(Edge::Periodic), ..world(700, 500, 40.0) };
         // a block and a part of one, beyond the world on both sides
         let xs: Vec<f64> = (0..300).map(|k| f64::from(k) * 731.7 - 9e4).collect();
         let ys: Vec<f64> = (0..300).map(|k| 7e4 - f64::from(k * k % 977) * 113.3).collect();
-        let mut values = vec![f64::NAN; 300];
-        sampler.fill([&xs, &ys], &mut values);
-        for (k, value) in values.iter().enumerate() {
-            assert_eq!(value.to_bits(), sampler.at([xs[k], ys[k]]).to_bits(), "{k}");
+        for sampler in [waves.endless(40.0), waves.sampler(40.0, &joined)] {
+            let mut values = vec![f64::NAN; 300];
+            sampler.fill([&xs, &ys], &mut values);
+            for (k, value) in values.iter().enumerate() {
+                assert_eq!(value.to_bits(), sampler.at([xs[k], ys[k]]).to_bits(), "{k}");
+            }
         }
         for whole in [-7.0, -1.0, 0.0, 4.0, 5e9, -5e9] {
             assert_eq!(low_word(whole), whole as i64 as u32, "{whole}");
@@ -221,7 +269,7 @@ mod tests {
     fn a_field_has_its_deviation_and_the_same_long_waves_on_any_cells() {
         let waves = Waves { longest_m: 2e3, spectral_slope: 2.5, stretch: 2.5, grain: 0.7, seed: 5 };
         let sampled = |cell_m: f64| -> Vec<f32> {
-            let sampler = waves.sampler(SHORTEST_CELLS * cell_m);
+            let sampler = waves.endless(SHORTEST_CELLS * cell_m);
             (0..90_000).map(|k| sampler.at([f64::from(k % 300) * 150.0, f64::from(k / 300) * 150.0]) as f32).collect()
         };
         let (fine, coarse) = (sampled(1.0), sampled(100.0));
@@ -237,7 +285,7 @@ mod tests {
     #[test]
     fn the_grain_is_longer_than_it_is_wide() {
         let waves = Waves { longest_m: 1e3, spectral_slope: 3.0, stretch: 4.0, grain: 0.5, seed: 1 };
-        let sampler = waves.sampler(SHORTEST_CELLS * 100.0);
+        let sampler = waves.endless(SHORTEST_CELLS * 100.0);
         let (cosine, sine) = (math::cos(0.5), math::sin(0.5));
         let change = |[dx, dy]: [f64; 2]| -> f64 {
             let places = (0..4000).map(|k| [f64::from(k % 63) * 700.0, f64::from(k / 63) * 700.0]);

@@ -146,7 +146,7 @@ impl Problem {
             }
             Self::Unsupported { remedy, .. } => remedy,
             Self::NoShape { .. } => {
-                "write a sidecar beside it, such as `NAME.r16.json` with {\"columns\": 1024, \"rows\": 512}"
+                "write a sidecar beside it, named like it with `.json` at the end: {\"columns\": 1024, \"rows\": 512}"
             }
             Self::Sidecar { .. } => {
                 "correct the sidecar, or remove it and say the range and the cell size in the graph"

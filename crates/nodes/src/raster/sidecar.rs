@@ -23,7 +23,7 @@ pub struct Sidecar {
     /// Number of rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rows: Option<u64>,
-    /// Side of a cell in metres.
+    /// Side of a cell in metres, if cells are square.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f64>,
     /// Metres to the east and to the south from the north-west corner of the world to that of the raster, if it shows a
@@ -42,6 +42,10 @@ pub struct Sidecar {
     /// Easting and northing of the north-west corner of the raster in that system.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub corner_m: Option<[f64; 2]>,
+    /// True if the values are those of vertices: the outermost ones stand on the sides of the area, so that cells around
+    /// them begin half a cell beyond it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertices: Option<bool>,
     /// Smallest and largest value, in `unit`; in a format of codes, the values of the lowest and the largest code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
@@ -131,15 +135,21 @@ impl Sidecar {
         let [columns, rows] = window.cells;
         let shown = meta.shows.as_ref().unwrap_or(window);
         let part = (!shown.is_whole()).then_some(shown);
+        let sides = [0, 1].map(|axis| window.world.size[axis] / f64::from(window.world.cells[axis]));
+        let beyond = |axis: usize| {
+            f64::from(window.cells[axis]) * sides[axis] > f64::from(shown.cells[axis]) * shown.cell_m() * (1.0 + 1e-9)
+        };
+        let has_vertices = beyond(0) && beyond(1);
         Self {
             columns: Some(u64::from(columns)),
             rows: Some(u64::from(rows)),
-            cell_m: Some(window.cell_m()),
+            cell_m: ((sides[1] / sides[0] - 1.0).abs() < 1e-9).then_some(sides[0]),
             origin_m: part.map(|part| part.origin.map(|cells| f64::from(cells) * part.cell_m())),
             origin_cells: part.map(|part| part.origin),
             world_cells: part.map(|part| part.world.cells),
             epsg: shown.place().map(|place| place.epsg),
             corner_m: shown.place().map(|place| place.corner_m),
+            vertices: has_vertices.then_some(true),
             unit: Some(meta.unit.clone()),
             quantity: Some(meta.quantity.clone()),
             import: meta.import.clone(),
@@ -200,7 +210,13 @@ impl Sidecar {
     /// Sets the cell size and the place of a raster, as far as they are known.
     pub(super) fn locate(&self, head: &mut Head) {
         head.cell = self.cell_m.map(|d| Cell::Metres([d, d]));
-        (head.origin, head.epsg) = (self.corner_m, self.epsg);
+        (head.origin, head.epsg) = (self.cell_corner_m(), self.epsg);
+    }
+
+    /// The north-west corner of the first cell, which for vertices is half a cell beyond the area.
+    fn cell_corner_m(&self) -> Option<[f64; 2]> {
+        let beyond_m = if self.vertices == Some(true) { 0.5 * self.cell_m.unwrap_or(0.0) } else { 0.0 };
+        self.corner_m.map(|[east, north]| [east - beyond_m, north + beyond_m])
     }
 }
 
@@ -228,6 +244,8 @@ pub fn other_quantity(path: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::GeoPlace;
+
     use super::*;
 
     #[test]
@@ -245,6 +263,26 @@ mod tests {
         assert_eq!(Sidecar::parse(&text).expect("a sidecar"), own);
         let other = Sidecar::parse(br#"{"z_min": -1.2, "z_max": 1344.9, "formula": "z"}"#).unwrap();
         assert_eq!(other.range, Some([-1.2, 1344.9]));
+    }
+
+    /// The outermost vertices stand on the sides of the area, so that cells around them begin half a cell further out.
+    #[test]
+    fn cells_around_vertices_go_beyond_the_area() {
+        let place = Some(GeoPlace { epsg: 32611, corner_m: [4e5, 4e6] });
+        let world = World { size: [1000.0; 2], cells: [100; 2], place, ..World::default() };
+        let area = Window { origin: [20, 40], cells: [40, 60], ..Window::whole(world) };
+        // rasters that show the area, of so many columns and rows with these sides
+        let shown = |cells: [u32; 2], sides: [f64; 2]| {
+            let size = [0, 1].map(|axis| f64::from(cells[axis]) * sides[axis]);
+            let meta = Meta { shows: Some(area), ..Meta::default() };
+            let own = Sidecar::of(&Window::whole(World { size, cells, ..world }), &meta);
+            assert_eq!((own.corner_m, own.origin_m), (Some([400_200.0, 3_999_600.0]), Some([200.0, 400.0])));
+            (own.vertices, own.cell_m, own.cell_corner_m().expect("a place"))
+        };
+        assert_eq!(shown([40, 60], [10.0; 2]), (None, Some(10.0), [400_200.0, 3_999_600.0]));
+        assert_eq!(shown([20, 30], [20.0; 2]), (None, Some(20.0), [400_200.0, 3_999_600.0]));
+        assert_eq!(shown([5, 7], [100.0; 2]), (Some(true), Some(100.0), [400_150.0, 3_999_650.0]));
+        assert_eq!(shown([5, 4], [100.0, 200.0]), (Some(true), None, [400_200.0, 3_999_600.0]));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use orograph_graph::memory::zeroed;
 use crate::{
     numerics::{
         gradient::{Method, Surface},
-        par,
+        joins, par,
         simd::simd,
     },
     prelude::*,
@@ -66,8 +66,8 @@ static GPU: GpuKernel = GpuKernel {
     shaders: &[&Shader {
         name: "render/normal_map",
         source: wgsl!("render/normal_map"),
-        library: &[wgsl::GRADIENT],
-        values: &[("k_steepest", Number::F32)],
+        library: &[wgsl::LINES, wgsl::GRADIENT],
+        values: &[("k_steepest", Number::F32), joins::NUMBERS[0], joins::NUMBERS[1]],
         slots: &[
             Slot::input("height"),
             Slot::output("normal"),
@@ -75,7 +75,10 @@ static GPU: GpuKernel = GpuKernel {
             Slot::output("normal").plane(2),
         ],
     }],
-    passes: Passes::One { rows: Rows::Around(1), values: |_| vec![("k_steepest", Scalar::F32(STEEPEST))] },
+    passes: Passes::One {
+        rows: |job| joins::rows(&job.window(), 1),
+        values: |job| [&[("k_steepest", Scalar::F32(STEEPEST))], &joins::numbers(&job.window())[..]].concat(),
+    },
     tolerance: &[Tolerance::absolute(1e-5)],
     ..GpuKernel::DEFAULT
 };

@@ -5,7 +5,7 @@ use orograph_graph::memory::zeroed;
 use crate::{
     numerics::{
         gradient::{Method, Surface},
-        math, par,
+        joins, math, par,
     },
     prelude::*,
     wgsl,
@@ -61,13 +61,16 @@ static GPU: GpuKernel = GpuKernel {
     shaders: &[&Shader {
         name: "select/aspect",
         source: wgsl!("select/aspect"),
-        library: &[wgsl::MATH, wgsl::GRADIENT],
-        values: &[("steep", Number::F32)],
+        library: &[wgsl::MATH, wgsl::LINES, wgsl::GRADIENT],
+        values: &[("steep", Number::F32), joins::NUMBERS[0], joins::NUMBERS[1]],
         slots: &[Slot::input("height"), Slot::output("aspect"), Slot::output("mask")],
     }],
     passes: Passes::One {
-        rows: Rows::Around(1),
-        values: |job| vec![("steep", Scalar::F32(math::tan(Params::read(job.params).level.to_radians()) as f32))],
+        rows: |job| joins::rows(&job.window(), 1),
+        values: |job| {
+            let steep = math::tan(Params::read(job.params).level.to_radians()) as f32;
+            [&[("steep", Scalar::F32(steep))], &joins::numbers(&job.window())[..]].concat()
+        },
     },
     // degrees, which jump from 360 to 0
     tolerance: &[Tolerance::absolute(0.01).except(0.005), Tolerance::absolute(1e-3).except(0.005)],

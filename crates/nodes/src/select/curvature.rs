@@ -3,8 +3,14 @@
 use orograph_graph::memory::zeroed;
 
 use crate::{
-    numerics::{gaussian::Gaussian, lines::separable, par, smooth},
+    numerics::{
+        gaussian::Gaussian,
+        joins,
+        lines::{Ends, separable},
+        par, smooth,
+    },
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -63,8 +69,8 @@ pub static NODE: Node = Node {
 static SHADER: Shader = Shader {
     name: "select/curvature",
     source: wgsl!("select/curvature"),
-    library: &[],
-    values: &[],
+    library: &[wgsl::LINES],
+    values: &joins::NUMBERS,
     slots: &[Slot::cells("before", "f32"), Slot::output("curvature")],
 };
 
@@ -88,8 +94,8 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
         shader: &SHADER,
         entry: "main",
         bind: &[("before", smoothed)],
-        values: &[],
-        over: Over::Cells(Rows::Around(1)),
+        values: &joins::numbers(&job.window()),
+        over: Over::Cells(joins::rows(&job.window(), 1)),
     })
 }
 
@@ -105,12 +111,15 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = Inputs::read(job)?.height.samples();
     let smoothed = separable(job, [0.0, 0.6], height, &Gaussian::new(params.radius / job.cell_m()))?;
     let cell_m = job.cell_m();
+    let [across, down] = [0, 1].map(|axis| Ends::of(&job.window(), axis));
     let mut out = zeroed(smoothed.len())?;
     par::rows_within(job, [0.6, 1.0], &mut out, |j, row| {
         let line = |j: usize| &smoothed[j * nx..][..nx];
-        let (north, middle, south) = (line(j.saturating_sub(1)), line(j), line((j + 1).min(ny - 1)));
+        let beside = |at: usize, count: usize, ends: Ends| [-1, 1].map(|step| ends.index(at as i64 + step, count));
+        let [above, below] = beside(j, ny, down);
+        let (north, middle, south) = (line(above), line(j), line(below));
         for (i, out) in row.iter_mut().enumerate() {
-            let (west, east) = (i.saturating_sub(1), (i + 1).min(nx - 1));
+            let [west, east] = beside(i, nx, across);
             let at = |line: &[f32], i: usize| f64::from(line[i]);
             let centre = at(middle, i);
             let p = (at(middle, east) - at(middle, west)) / (2.0 * cell_m);

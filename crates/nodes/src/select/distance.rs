@@ -4,6 +4,7 @@
 use crate::{
     numerics::{
         distance::{self, FAR},
+        joins,
         lines::Ends,
         par, polylines,
     },
@@ -80,8 +81,8 @@ static SHADER: Shader = Shader {
         ("k_step", Number::U32),
         ("k_limit", Number::U32),
         ("k_widest", Number::U32),
-        ("k_wraps_x", Number::U32),
-        ("k_wraps_y", Number::U32),
+        joins::NUMBERS[0],
+        joins::NUMBERS[1],
     ],
     slots: &[
         Slot::input("selection"),
@@ -109,11 +110,11 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     }
     let (params, window) = (Params::read(job.params), job.window());
     let limit = distance::cells(params.limit, job.cell_m()).saturating_add(1).min(distance::MOST_CELLS);
-    let [wraps_x, wraps_y] = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
+    let [across, down] = joins::numbers(&window);
     // the least number that single precision has from the threshold on
     let nearest = params.threshold as f32;
     let threshold = if f64::from(nearest) < params.threshold { nearest.next_up() } else { nearest };
-    let widest = if wraps_x { window.cells[0] / 2 + 1 } else { window.cells[0] };
+    let widest = if Ends::of(&window, 0) == Ends::Wrap { window.cells[0] / 2 + 1 } else { window.cells[0] };
     let [mut column, mut next] = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
     let mut bind = Vec::new();
     let numbers = |side: bool, step: u32| {
@@ -123,8 +124,8 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
             ("k_step", Scalar::U32(step)),
             ("k_limit", Scalar::U32(limit)),
             ("k_widest", Scalar::U32(widest)),
-            ("k_wraps_x", Scalar::U32(u32::from(wraps_x))),
-            ("k_wraps_y", Scalar::U32(u32::from(wraps_y))),
+            across,
+            down,
         ]
     };
     let sides = match params.side {
@@ -140,7 +141,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
         pass("begin", &[("column", Bind::Scratch(column))], 1, Rows::Around(0))?;
         let mut step = 1;
         while step <= limit.min(window.cells[1]) {
-            let rows = if wraps_y { Rows::All } else { Rows::Around(step) };
+            let rows = joins::rows(&window, step);
             pass("step_on", &[("column", Bind::Scratch(column)), ("next", Bind::Scratch(next))], step, rows)?;
             std::mem::swap(&mut column, &mut next);
             step *= 2;

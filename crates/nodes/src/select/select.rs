@@ -69,13 +69,10 @@ static GPU: GpuKernel = GpuKernel {
         values: &[("low", Number::F32), ("high", Number::F32)],
         slots: &[Slot::input("value"), Slot::output("mask")],
     }],
-    passes: Passes::One {
-        rows: Rows::Around(0),
-        values: |job| {
-            let [low, high] = Params::read(job.params).range();
-            vec![("low", Scalar::F32(low)), ("high", Scalar::F32(high))]
-        },
-    },
+    passes: Passes::point(|job| {
+        let [low, high] = Params::read(job.params).range();
+        vec![("low", Scalar::F32(low)), ("high", Scalar::F32(high))]
+    }),
     covers: |params| {
         let params = Params::read(params);
         params.from <= params.to

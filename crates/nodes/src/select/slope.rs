@@ -6,7 +6,7 @@ use super::within;
 use crate::{
     numerics::{
         gradient::{Method, Surface, slope_degrees},
-        par,
+        joins, par,
     },
     prelude::*,
     wgsl,
@@ -60,11 +60,14 @@ static GPU: GpuKernel = GpuKernel {
     shaders: &[&Shader {
         name: "select/slope",
         source: wgsl!("select/slope"),
-        library: &[wgsl::MATH, wgsl::WITHIN, wgsl::GRADIENT],
-        values: &[],
+        library: &[wgsl::MATH, wgsl::WITHIN, wgsl::LINES, wgsl::GRADIENT],
+        values: &joins::NUMBERS,
         slots: &[Slot::input("height"), Slot::output("slope"), Slot::output("mask")],
     }],
-    passes: Passes::around(1),
+    passes: Passes::One {
+        rows: |job| joins::rows(&job.window(), 1),
+        values: |job| joins::numbers(&job.window()).to_vec(),
+    },
     covers: |params| {
         let params = Params::read(params);
         params.from <= params.to

@@ -8,6 +8,7 @@ use orograph_graph::{memory::zeroed, mix};
 
 use crate::{
     numerics::{
+        joins::{Joins, Weights},
         math, par,
         waves::{SHORTEST_CELLS, Sampler, Waves},
     },
@@ -105,7 +106,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let [bodies, folds, winding] = [&rock.bodies, &rock.folds, &rock.winding].map(|waves| waves.row(&window, j));
         for (i, hardness) in row.iter_mut().enumerate() {
             let (at, z) = (window.centre_m(i, j), f64::from(height[j * nx + i]));
-            *hardness = rock.hardness(at, z, Waving { bodies: bodies[i], folds: folds[i], winding: winding[i] }) as f32;
+            let waving = Waving { bodies: bodies[i], folds: folds[i], winding: winding[i] };
+            *hardness = match &rock.joins {
+                Some(joins) if joins.changes(at) => joins.blend(at, |at| rock.hardness(at, z, rock.waving(at))),
+                _ => rock.hardness(at, z, waving),
+            } as f32;
         }
     })?;
     let field = |samples: Vec<f32>| Field::new(window, samples);
@@ -141,6 +146,8 @@ struct Rock<'a> {
     bodies: Sampler,
     stands: Sampler,
     winding: Sampler,
+    /// Where the hardness of a place changes into that beyond a joined side.
+    joins: Option<Joins>,
     seed: u32,
     deviation: f64,
 }
@@ -153,20 +160,26 @@ impl<'a> Rock<'a> {
         let grain = math::atan2(along[1], along[0]);
         let waves = |which: u32, longest_m: f64, spectral_slope: f64, stretch: f64| {
             let seed = mix(job.seed() ^ mix(0x0520_C001 + which));
-            Waves { longest_m, spectral_slope, stretch, grain, seed }.sampler(SHORTEST_CELLS * job.cell_m())
+            Waves { longest_m, spectral_slope, stretch, grain, seed }
         };
+        let shortest_m = SHORTEST_CELLS * job.cell_m();
         let deviation = math::hypot(params.beds, params.variation).max(1e-6);
         Self {
             params,
             axes: [along, [-along[1], along[0]]],
             dips: [math::sin(dip), math::cos(dip)],
-            folds: waves(0, params.fold_length, 4.0, 5.0),
-            bodies: waves(1, params.size, 2.5, 2.5),
-            stands: waves(2, params.size, 2.4, 1.0),
-            winding: waves(3, 2.0 * params.spacing, 4.0, 1.0),
+            folds: waves(0, params.fold_length, 4.0, 5.0).endless(shortest_m),
+            bodies: waves(1, params.size, 2.5, 2.5).endless(shortest_m),
+            stands: waves(2, params.size, 2.4, 1.0).sampler(shortest_m, job.world()),
+            winding: waves(3, 2.0 * params.spacing, 4.0, 1.0).endless(shortest_m),
+            joins: Joins::of(job.world(), params.size, Weights::Random),
             seed: mix(job.seed() ^ 0x0520_C0DE),
             deviation,
         }
+    }
+
+    fn waving(&self, at: [f64; 2]) -> Waving {
+        Waving { bodies: self.bodies.at(at), folds: self.folds.at(at), winding: self.winding.at(at) }
     }
 
     fn hardness(&self, at: [f64; 2], z: f64, waving: Waving) -> f64 {
@@ -217,16 +230,41 @@ impl<'a> Rock<'a> {
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::{Boundary, Edge, World};
+
     use super::*;
     use crate::testing;
 
     fn outputs(changes: &str) -> Outputs {
-        let height = Field::constant(Window::whole(testing::world(200, 200, 50.0)), 300.0);
+        outputs_in(testing::world(200, 200, 50.0), changes)
+    }
+
+    fn outputs_in(world: World, changes: &str) -> Outputs {
+        let height = Field::constant(Window::whole(world), 300.0);
         testing::outputs(&NODE, &testing::with_params(&NODE, changes), &[("height", &height)]).expect("rock")
     }
 
     fn samples(outputs: &mut Outputs, name: &str) -> Vec<f32> {
         outputs.take(name).expect("an output").as_field().expect("a field").clone().into_samples()
+    }
+
+    /// Beds of 250 m that dip by 25° are 600 m wide, and change in a seventh of that.
+    #[test]
+    fn rock_goes_on_across_joined_sides() {
+        let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::all(Edge::Open) };
+        let mut joined =
+            outputs_in(World { boundary: sides, ..testing::world(200, 200, 25.0) }, "size=1000,spacing=4000");
+        let steps = |samples: &[f32], [here, next]: [usize; 2]| -> f32 {
+            (0..200).map(|y| (samples[y * 200 + here] - samples[y * 200 + next]).abs()).sum()
+        };
+        for name in ["hardness", "repose"] {
+            let samples = samples(&mut joined, name);
+            let inside = (20..140).step_by(3).map(|x| steps(&samples, [x, x + 1])).fold(0.0, f32::max);
+            let seam = steps(&samples, [199, 0]);
+            assert!(seam < 1.2 * inside, "{name}: {seam} {inside}");
+            // what is not blended would be as different as any two columns
+            assert!(steps(&samples, [130, 0]) > 2.0 * inside, "{name}");
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Saved views: the camera of the 3D view under a name, kept for each graph file.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use egui::{Button, Ui};
 use glam::DVec3;
@@ -82,7 +82,7 @@ impl View {
 impl Views {
     /// The menu of views. `now` is the current one, if there is a terrain.
     pub(super) fn menu(&mut self, ui: &mut Ui, session: &Session, now: Option<Orbit>) -> Option<Chosen> {
-        let file = session.path().map(Path::to_owned).unwrap_or_default();
+        let file = session.path().map(state::whole_path).unwrap_or_default();
         let mut chosen = None;
         for (name, azimuth, elevation) in FIXED {
             if ui.button(name).clicked() {

@@ -214,14 +214,14 @@ impl eframe::App for App {
             Action::Maximise => Status::switch(true, maximised.is_some()),
             action => panes.status(action, tree),
         };
+        let typing = ui.ctx().text_edit_focused();
         let asked = egui::Panel::top("menu").show(ui, |ui| self.menu.bar(ui, &panes.session, &status)).inner;
-        for request in asked {
-            match request {
-                MenuRequest::Do(action) => self.carry_out(action, room, ui.ctx().pointer_latest_pos()),
-                MenuRequest::Open(path) => self.panes.session.request(FileCommand::Open(path)),
-                MenuRequest::Cells(cells) => cells::choose(&mut self.panes.session, cells),
-            }
+        // What is typed in a field counts before the file is saved or closed: the field ends in this frame.
+        let (late, now): (Vec<_>, Vec<_>) = asked.into_iter().partition(|request| typing && request.is_of_window());
+        if typing && (!late.is_empty() || ui.input(|input| input.viewport().close_requested())) {
+            ui.memory_mut(|memory| memory.focused().into_iter().for_each(|field| memory.surrender_focus(field)));
         }
+        now.into_iter().for_each(|request| self.answer(request, room, ui.ctx()));
         let tree = &self.trees[room as usize];
         let visible = self.maximised.map_or_else(|| is_seen(tree, Pane::Viewport), |pane| pane == Pane::Viewport);
         let drawing = visible && self.panes.viewport.is_drawing(&self.panes.session);
@@ -235,6 +235,7 @@ impl eframe::App for App {
             Some(pane) => self.panes.show(ui, pane),
             None => self.trees[room as usize].ui(&mut self.panes, ui),
         });
+        late.into_iter().for_each(|request| self.answer(request, room, ui.ctx()));
         self.take_dropped(ui.ctx());
         self.menu.above(ui.ctx(), &mut self.panes.session);
         if let Some(path) = self.menu.take_picture() {
@@ -255,6 +256,15 @@ impl App {
         } else {
             let reason = "it is not a graph; drop a file that ends with .ron or .orograph";
             self.panes.session.note(format!("cannot open `{}`: {reason}", path.display()), true);
+        }
+    }
+
+    /// Carries out a request of the menus.
+    fn answer(&mut self, request: MenuRequest, room: Room, context: &egui::Context) {
+        match request {
+            MenuRequest::Do(action) => self.carry_out(action, room, context.pointer_latest_pos()),
+            MenuRequest::Open(path) => self.panes.session.request(FileCommand::Open(path)),
+            MenuRequest::Cells(cells) => cells::choose(&mut self.panes.session, cells),
         }
     }
 

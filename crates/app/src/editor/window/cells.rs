@@ -1,6 +1,6 @@
 //! The preview resolution of each graph file, kept between runs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::state;
 use crate::editor::Session;
@@ -22,7 +22,7 @@ impl KeptCells {
         if self.opened.replace(session.number()) == Some(session.number()) {
             return;
         }
-        let Some(path) = session.path().map(whole) else { return };
+        let Some(path) = session.path().map(state::whole_path) else { return };
         let kept = stored().into_iter().find(|(other, _)| *other == path);
         if let Some((_, cells)) = kept {
             session.set_cells(cells);
@@ -33,18 +33,13 @@ impl KeptCells {
 /// Sets the preview resolution, and keeps it for the file of the document.
 pub(crate) fn choose(session: &mut Session, cells: u32) {
     session.set_cells(cells);
-    let Some(path) = session.path().map(whole) else { return };
+    let Some(path) = session.path().map(state::whole_path) else { return };
     let mut kept = stored();
     kept.retain(|(other, _)| *other != path);
     kept.insert(0, (path, cells));
     kept.truncate(MOST);
     let lines: Vec<String> = kept.iter().map(|(path, cells)| format!("{cells}\t{}", path.display())).collect();
     state::write(NAME, &lines.join("\n"));
-}
-
-/// The path that a file has from every folder.
-fn whole(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 /// The stored resolutions, the latest first.

@@ -18,8 +18,8 @@ use crate::{
 pub(crate) struct HistoryPane {
     /// What each step changed, by its position in the history.
     names: BTreeMap<usize, String>,
-    /// The count of edits, of done steps and of all steps at the last frame.
-    seen: (u64, usize, usize),
+    /// The number of the session, and how many edits were made in it, when the descriptions were made.
+    seen: (u64, usize),
 }
 
 impl HistoryPane {
@@ -37,12 +37,13 @@ impl HistoryPane {
     /// Forgets the descriptions of steps that are not the same any more.
     fn follow(&mut self, session: &Session) {
         let document = session.document();
-        let now = (session.edits(), document.steps(), document.all_steps());
-        let (edits, steps, all) = std::mem::replace(&mut self.seen, now);
-        let is_walk = all == now.2 && steps != now.1;
-        if edits != now.0 && !is_walk {
-            // the last step is new or amended; a jump means another history
-            let kept = if now.1.abs_diff(steps) > 1 { 0 } else { now.1.saturating_sub(1) };
+        let now = (session.number(), document.edits_made());
+        let (number, made) = std::mem::replace(&mut self.seen, now);
+        if number != now.0 || made > now.1 {
+            self.names.clear();
+        } else if made < now.1 {
+            // as many of the last steps are new or amended
+            let kept = document.steps().saturating_sub(now.1 - made);
             self.names.retain(|step, _| *step < kept);
         }
     }

@@ -34,6 +34,16 @@ pub(crate) enum MenuRequest {
     Cells(u32),
 }
 
+impl MenuRequest {
+    /// Returns true if it concerns the window and its file, and no pane.
+    pub(crate) fn is_of_window(&self) -> bool {
+        match self {
+            Self::Do(action) => action.part() == Part::Window,
+            Self::Open(_) | Self::Cells(_) => true,
+        }
+    }
+}
+
 /// The menus and the dialogs that they open.
 pub(crate) struct Menu {
     recent: Recent,

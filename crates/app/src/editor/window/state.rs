@@ -66,7 +66,7 @@ impl Recent {
         }
         self.present = path.map(Path::to_owned);
         let Some(path) = path else { return };
-        let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let path = whole_path(path);
         // Other windows may have changed the list.
         self.paths = Self::load().paths;
         self.paths.retain(|other| *other != path);
@@ -75,4 +75,9 @@ impl Recent {
         let lines: Vec<String> = self.paths.iter().map(|path| path.display().to_string()).collect();
         write(Self::NAME, &lines.join("\n"));
     }
+}
+
+/// The path that a file has from every folder.
+pub(crate) fn whole_path(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

@@ -9,7 +9,7 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, Lines, OutputDecl, Report, Value, Window, World,
+    Cancel, Lines, OutputDecl, Report, Value, Window,
     files::{self, Change, CommitError, Staging},
     memory::Leftover,
 };
@@ -170,7 +170,7 @@ impl OutputFolder {
         Ok(OutputWriter::new(self, output, *window))
     }
 
-    /// Writes an output's files under temporary names. `world` is its world, `key` the hash of everything it depends
+    /// Writes an output's files under temporary names. `window` is the part of the world, `key` the hash of everything it depends
     /// on.
     ///
     /// # Errors
@@ -179,7 +179,7 @@ impl OutputFolder {
         &self,
         output: &OutputDecl,
         value: &Value,
-        world: &World,
+        window: &Window,
         key: &str,
         cancel: &Cancel,
     ) -> Result<(), Failure> {
@@ -191,9 +191,9 @@ impl OutputFolder {
                 writer.finish(key, cancel)
             }
             Value::Lines(lines) => {
-                let on = Coordinates::new(self.options.lines, world)?;
+                let on = Coordinates::new(self.options.lines, &window.world)?;
                 self.write_text(output, None, |to| geojson::write(to, lines, &on))?;
-                self.write_surface(output, lines, world)
+                self.write_surface(output, lines, window)
             }
             Value::Report(report) => self.write_text(output, Some(report), |to| {
                 serde_json::to_writer_pretty(&mut *to, report.as_ref())?;
@@ -220,9 +220,12 @@ impl OutputFolder {
     }
 
     /// Writes the areas that an output's lines bound as a mesh, if one is requested and there are any.
-    fn write_surface(&self, output: &OutputDecl, lines: &Lines, world: &World) -> Result<(), Failure> {
+    fn write_surface(&self, output: &OutputDecl, lines: &Lines, window: &Window) -> Result<(), Failure> {
         let Some(format) = self.options.mesh else { return Ok(()) };
-        let (Some(name), Some(mesh)) = (views(output, &self.options).pop(), mesh_of_areas(lines, world)) else {
+        let Some(name) = views(output, &self.options).pop() else { return Ok(()) };
+        let Some(mesh) = mesh_of_areas(lines, window) else {
+            // the water of an earlier build is no longer there
+            self.add(output, vec![Staged { name, is_new: false, written: None }]);
             return Ok(());
         };
         raster::replace(&self.place(&name), |to| mesh.write(format, to)).map_err(|error| self.failure(&name, error))?;

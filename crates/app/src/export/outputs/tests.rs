@@ -2,7 +2,9 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use orograph_graph::{Cancel, Field, OutputDecl, Port, PortType, Unit, Value, Window, World, mix};
+use orograph_graph::{
+    Area, Cancel, Field, Line, Lines, OutputDecl, Port, PortType, Unit, Value, Vertex, Window, World, mix,
+};
 use orograph_nodes::{numerics::math, raster::Format};
 
 use crate::export::outputs::*;
@@ -68,7 +70,7 @@ fn write_whole(folder: &Path, options: &OutputOptions) -> Vec<Written> {
     for output in &outputs {
         let field = value(output.ty);
         let world = field.window().world;
-        staging.write(output, &Value::Field(field), &world, "key", &cancel).expect("written");
+        staging.write(output, &Value::Field(field), &Window::whole(world), "key", &cancel).expect("written");
     }
     staging.commit().expect("in place")
 }
@@ -181,7 +183,9 @@ fn files_of_a_window_carry_their_origin() {
             let whole = value(output.ty);
             let part = whole.crop(&Window { origin: [10, 1000], cells: [60, 80], ..*whole.window() });
             let world = whole.window().world;
-            staging.write(output, &Value::Field(part), &world, "key", &Cancel::default()).expect("written");
+            staging
+                .write(output, &Value::Field(part), &Window::whole(world), "key", &Cancel::default())
+                .expect("written");
         }
         let written = staging.commit().expect("in place");
         let rasters: Vec<&Written> = written.iter().filter(|file| !file.output.is_empty()).collect();
@@ -221,7 +225,7 @@ fn a_failed_rename_leaves_earlier_files() {
     let write = |staging: &OutputFolder, output: &OutputDecl| {
         let field = value(output.ty);
         let world = field.window().world;
-        staging.write(output, &Value::Field(field), &world, "key", &Cancel::default()).expect("written");
+        staging.write(output, &Value::Field(field), &Window::whole(world), "key", &Cancel::default()).expect("written");
     };
     let first = &outputs[..1];
     let staging = OutputFolder::prepare(place.path(), first, &options).expect("a folder");
@@ -241,4 +245,31 @@ fn a_failed_rename_leaves_earlier_files() {
         .expect("a folder")
         .filter(|entry| entry.as_ref().is_ok_and(|entry| entry.path().is_file()));
     assert_eq!(files.count(), 2, "the earlier raster and its side file");
+}
+
+/// Where a build finds no lakes, the water of the build before is removed; textures of a window lie on its water.
+#[test]
+fn water_of_an_earlier_build_goes() {
+    let place = tempfile::tempdir().expect("a folder");
+    let options = OutputOptions { mesh: Some(MeshFormat::Obj), ..OutputOptions::default() };
+    let lakes = OutputDecl { name: "lakes".to_owned(), ty: PortType::Lines, ..outputs().remove(0) };
+    let world = World { size: [100.0, 80.0], cells: [10, 8], ..World::default() };
+    let window = Window { origin: [2, 4], cells: [5, 4], ..Window::whole(world) };
+    let build = |lines: Lines| {
+        let staging = OutputFolder::prepare(place.path(), std::slice::from_ref(&lakes), &options).expect("a folder");
+        staging.write(&lakes, &Value::from(lines), &window, "key", &Cancel::default()).expect("written");
+        staging.commit().expect("in place");
+    };
+    let corners = [[20.0, 40.0], [20.0, 80.0], [70.0, 80.0], [70.0, 40.0], [20.0, 40.0]];
+    let vertices = corners.map(|position_m| Vertex { position_m, ..Vertex::default() }).to_vec();
+    let shore = Line { order: 1, downstream: None, vertices };
+    let area = Area { rings: 1, level_m: 5.0, ..Area::default() };
+    build(Lines { areas: vec![area], ..Lines::open(vec![shore]) });
+    let water = fs::read_to_string(place.path().join("lakes.obj")).expect("water");
+    // a lake that fills the window has all of its texture
+    let mut corners: Vec<&str> = water.lines().filter(|line| line.starts_with("vt ")).collect();
+    corners.sort_unstable();
+    assert_eq!(corners, ["vt 0 0", "vt 0 1", "vt 1 0", "vt 1 1"], "{water}");
+    build(Lines::default());
+    assert_eq!(files(place.path()).into_keys().collect::<Vec<_>>(), ["lakes.geojson"]);
 }

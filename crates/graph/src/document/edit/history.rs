@@ -38,6 +38,9 @@ pub struct History {
     /// Number of edits that were forgotten.
     #[serde(skip)]
     forgotten: usize,
+    /// Number of edits that were ever made.
+    #[serde(skip)]
+    made: usize,
 }
 
 impl History {
@@ -74,6 +77,7 @@ impl History {
     /// Records a new edit; undone edits can no longer be redone.
     pub(crate) fn made(&mut self, step: Vec<Splice>) {
         self.undone.clear();
+        self.made += 1;
         self.push(step);
     }
 
@@ -216,6 +220,13 @@ impl Document {
     #[must_use]
     pub fn edits(&self) -> usize {
         self.history.edits()
+    }
+
+    /// Number of edits that were ever made, undone or not: undo and redo leave it as it is. If it has grown by n, all steps
+    /// but the last n are those of before or were undone and redone since.
+    #[must_use]
+    pub fn edits_made(&self) -> usize {
+        self.history.made
     }
 
     /// Number of edits that are done or can be redone.

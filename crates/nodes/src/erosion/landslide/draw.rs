@@ -31,7 +31,7 @@ pub(super) struct Test {
     pub time_yr: f64,
     /// Hash of the event, from which everything else about it is drawn.
     key: u32,
-    square: [u16; 2],
+    square: [u32; 2],
     pub kind: Kind,
 }
 
@@ -102,7 +102,11 @@ pub(super) fn tests(job: &Job<'_>, params: &Params, with_soil: bool) -> Result<T
             "lower `rate`, `soil_rate` or `duration`",
         ));
     }
-    let squares = size.map(|side| (side / SQUARE_M).ceil().clamp(1.0, 65_535.0) as u16);
+    let coarsest_m = params.largest.max(params.smallest) / RESOLVED_CELLS;
+    if job.cell_m() > coarsest_m {
+        return Ok(Tests { resolved: Vec::new(), unresolved: expected.round() as usize });
+    }
+    let squares = size.map(|side| (side / SQUARE_M).ceil().max(1.0) as u32);
     let mut tests = Tests { resolved: Vec::new(), unresolved: 0 };
     for row in 0..squares[1] {
         job.check()?;
@@ -110,8 +114,7 @@ pub(super) fn tests(job: &Job<'_>, params: &Params, with_soil: bool) -> Result<T
             for (kind, rate) in rates {
                 // per year in a square
                 let rate = rate * 1e-3 * SQUARE_M * SQUARE_M * 1e-6;
-                let own =
-                    mix(u32::from(row) ^ mix(u32::from(column) ^ mix(job.seed() ^ mix(0x51D3_1000 + kind as u32))));
+                let own = mix(row ^ mix(column ^ mix(job.seed() ^ mix(0x51D3_1000 + kind as u32))));
                 let mut time_yr = 0.0;
                 for number in 0_u32.. {
                     let key = mix(own ^ mix(number.wrapping_mul(0x9E37_79B9)));

@@ -366,6 +366,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     // a job that only averages a finer level has no inputs
     if let Ok(inputs) = Inputs::read(job) {
         warn_of_unused_repose(job, &inputs);
+        warn_of_much_rain(job, &inputs);
     }
     if levels::has_levels(&params) {
         return levels::run(job, &params);
@@ -512,6 +513,16 @@ fn warn_of_short_runs(job: &Job<'_>, duration_yr: f64, response_yr: f64) {
             "rivers here take {response} to respond, but the run lasts {duration}, so that most of the terrain is \
              unchanged; increase `duration` or `erodibility`"
         ));
+    }
+}
+
+/// Rain above this factor is taken for millimetres a year.
+const MOST_RAIN: f32 = 50.0;
+
+/// Tells that rain is a factor, to those who give it in millimetres.
+fn warn_of_much_rain(job: &Job<'_>, inputs: &Inputs<'_>) {
+    if let Some(rain) = inputs.rain.constant().filter(|rain| *rain > MOST_RAIN) {
+        job.warn(format!("`rain` is a factor, with 1 for ordinary rain, not millimetres a year; {rain} makes floods"));
     }
 }
 

@@ -100,7 +100,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let basins: Vec<Basin> = match params.choose {
         Choose::All => largest_first(&codes, &cells, params.smallest / (job.cell_m() * job.cell_m())),
         Choose::Place => {
-            let end = placed(job, &drained, &params)?;
+            let end = placed(job, &grid, &drained, &params)?;
             end.map(|end| Basin { end: end as u32, cells: cells[end] }).into_iter().collect()
         }
     };
@@ -138,21 +138,25 @@ fn largest_first(codes: &[u8], cells: &[u32], fewest: f64) -> Vec<Basin> {
 }
 
 /// Returns the cell of the place, or that of the river beside it. Warns if the place is not in the world.
-fn placed(job: &Job<'_>, drained: &Drained<'_>, params: &Params) -> Result<Option<usize>, NodeError> {
+fn placed(job: &Job<'_>, grid: &Grid, drained: &Drained<'_>, params: &Params) -> Result<Option<usize>, NodeError> {
     let (window, Position([x, y])) = (job.window(), params.at);
     let Some([i, j]) = window.cell_at([x, y]) else {
         job.warn("the place is outside the world, so there is no basin".to_owned());
         return Ok(None);
     };
     let (mut end, mut area_m2) = (j * window.nx() + i, drained.area_m2[j * window.nx() + i]);
-    let cells = (params.snap / job.cell_m()).ceil() as usize;
-    let rows = j.saturating_sub(cells)..(j + cells + 1).min(window.ny());
-    for row in rows {
+    // how far the place is from the centre of its cell; farther than the world is wide, there are no other cells
+    let [cx, cy] = window.centre_m(i, j);
+    let [dx, dy] = [cx - x, cy - y];
+    let far = |count: usize| ((params.snap / job.cell_m()).ceil() as i32).saturating_add(1).min(count as i32);
+    let (across, down) = (far(window.nx()), far(window.ny()));
+    for south in -down..=down {
         job.check()?;
-        for column in i.saturating_sub(cells)..(i + cells + 1).min(window.nx()) {
-            let [cx, cy] = window.centre_m(column, row);
+        for east in -across..=across {
+            let ([column, row], is_inside) = grid.nearest([i as i32 + east, j as i32 + south]);
             let cell = row * window.nx() + column;
-            let is_near = (cx - x) * (cx - x) + (cy - y) * (cy - y) <= params.snap * params.snap;
+            let [x, y] = [dx + f64::from(east) * job.cell_m(), dy + f64::from(south) * job.cell_m()];
+            let is_near = is_inside && x * x + y * y <= params.snap * params.snap;
             if is_near && drained.area_m2[cell] > area_m2 {
                 (end, area_m2) = (cell, drained.area_m2[cell]);
             }

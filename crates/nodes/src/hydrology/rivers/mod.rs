@@ -83,12 +83,20 @@ pub static NODE: Node = Node {
     averaging: &[("order", Averaging::Largest), ("width", Averaging::Largest), ("depth", Averaging::Largest)],
     params: Params::specs,
     reach: Reach::World,
-    scratch: Scratch::PerCell(2.0),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("a channel is one cell wide in rasters, and more of its bends show in smaller cells"),
     example: "flow: \"flow.flow\", channel_area: 500000",
     ..Node::DEFAULT
 };
+
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let wants = Wants::among(sizing.wanted);
+    // orders and directions; of lines also inflows, and sections that are no outputs
+    let sections = [wants.width, wants.depth].into_iter().filter(|is_output| !is_output).count();
+    sizing.cells(if wants.lines || wants.cover { 3.0 + 4.0 * sections as f64 } else { 2.0 })
+}
 
 /// Exponents of width and depth as functions of discharge, downstream hydraulic geometry (Leopold and Maddock 1953).
 const WIDTH_EXPONENT: f32 = 0.5;

@@ -6,7 +6,7 @@ use orograph_graph::gpu::{ScratchId, Size};
 
 use super::{Look, Rays, STEEPEST, sigma};
 use crate::{
-    numerics::{lines::Ends, smooth},
+    numerics::{joins, smooth},
     prelude::*,
     wgsl,
 };
@@ -25,8 +25,8 @@ pub static SHADER: Shader = Shader {
         ("k_first", Number::U32),
         ("k_end", Number::U32),
         ("k_goes_on", Number::U32),
-        ("k_wraps_x", Number::U32),
-        ("k_wraps_y", Number::U32),
+        joins::NUMBERS[0],
+        joins::NUMBERS[1],
         ("k_steepest", Number::F32),
     ],
     slots: &[
@@ -56,7 +56,7 @@ pub struct Horizons {
     lands: Vec<Bind>,
     /// For each direction, ranges of samples in the table: each in levels that one pass reads.
     parts: Vec<Vec<Part>>,
-    wraps: [bool; 2],
+    joined: [(&'static str, Scalar); 2],
     rows: Rows,
 }
 
@@ -87,11 +87,10 @@ impl Horizons {
         }
         let looks = recorder.table(&rays.rays.iter().flatten().flat_map(words).collect::<Vec<_>>())?;
         let window = job.window();
-        let wraps = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
         let reach = rays.rays.iter().flatten().flat_map(|look| [look.first[1], look.second[1]].map(i64::unsigned_abs));
         let reach = u32::try_from(reach.max().unwrap_or(0)).unwrap_or(u32::MAX);
-        let rows = if wraps[1] { Rows::All } else { Rows::Around(reach) };
-        Ok(Self { looks, lands, parts: parts(rays), wraps, rows })
+        let (joined, rows) = (joins::numbers(&window), joins::rows(&window, reach));
+        Ok(Self { looks, lands, parts: parts(rays), joined, rows })
     }
 
     /// Returns the number of directions.
@@ -117,8 +116,8 @@ impl Horizons {
                     ("k_first", Scalar::U32(first)),
                     ("k_end", Scalar::U32(end)),
                     ("k_goes_on", Scalar::U32(u32::from(number > 0))),
-                    ("k_wraps_x", Scalar::U32(u32::from(self.wraps[0]))),
-                    ("k_wraps_y", Scalar::U32(u32::from(self.wraps[1]))),
+                    self.joined[0],
+                    self.joined[1],
                     ("k_steepest", Scalar::F32(STEEPEST)),
                 ],
                 over: Over::Cells(self.rows),

@@ -4,7 +4,11 @@
 use orograph_graph::gpu::{ScratchId, Size};
 
 use super::{Moment, Way, path::Arc};
-use crate::{numerics::horizon::device::Horizons, prelude::*, wgsl};
+use crate::{
+    numerics::{horizon::device::Horizons, joins},
+    prelude::*,
+    wgsl,
+};
 
 /// Directions whose horizons are kept: those of an interval.
 const KEPT: usize = 4;
@@ -15,8 +19,8 @@ const NAMES: [&str; KEPT] = ["tangents_0", "tangents_1", "tangents_2", "tangents
 pub static SHADER: Shader = Shader {
     name: "lib/sunlight",
     source: wgsl::SUNLIGHT,
-    library: &[wgsl::GRADIENT],
-    values: &[("k_first", Number::U32), ("k_end", Number::U32)],
+    library: &[wgsl::LINES, wgsl::GRADIENT],
+    values: &[("k_first", Number::U32), ("k_end", Number::U32), joins::NUMBERS[0], joins::NUMBERS[1]],
     slots: &[
         Slot::input("height"),
         Slot::words("intervals", "Interval"),
@@ -78,6 +82,7 @@ pub fn record(
         .flat_map(|(group, kept)| group.intervals.iter().flat_map(move |interval| words(interval, kept)))
         .collect();
     let intervals = recorder.table(&words)?;
+    let [across, down] = joins::numbers(&job.window());
     let mut first = 0;
     for (number, (group, kept)) in groups.iter().zip(&plan).enumerate() {
         for ((raster, has), ray) in rasters.iter_mut().zip(kept) {
@@ -95,8 +100,8 @@ pub fn record(
             shader: &SHADER,
             entry: "shine",
             bind: &bind,
-            values: &[("k_first", Scalar::U32(first)), ("k_end", Scalar::U32(end))],
-            over: Over::Cells(Rows::Around(1)),
+            values: &[("k_first", Scalar::U32(first)), ("k_end", Scalar::U32(end)), across, down],
+            over: Over::Cells(joins::rows(&job.window(), 1)),
         })?;
         first = end;
         job.advance(share[0] + (share[1] - share[0]) * (number + 1) as f32 / groups.len() as f32)?;

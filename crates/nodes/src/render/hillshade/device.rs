@@ -9,7 +9,7 @@ use super::{
 use crate::{
     numerics::{
         horizon::device,
-        smooth,
+        joins, smooth,
         tints::{self, Tints},
     },
     prelude::*,
@@ -19,7 +19,7 @@ use crate::{
 static LIGHT: Shader = Shader {
     name: "render/hillshade_light",
     source: wgsl!("render/hillshade_light"),
-    library: &[wgsl::GRADIENT],
+    library: &[wgsl::LINES, wgsl::GRADIENT],
     values: &[
         ("k_casts", Number::U32),
         ("k_share", Number::F32),
@@ -28,6 +28,8 @@ static LIGHT: Shader = Shader {
         ("k_cos", Number::F32),
         ("k_sin", Number::F32),
         ("k_oblique", Number::F32),
+        joins::NUMBERS[0],
+        joins::NUMBERS[1],
     ],
     slots: &[
         Slot::input("height"),
@@ -96,6 +98,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let sun = Sun::new(&params);
     let suns = recorder.table(&sun.towards.as_flattened().iter().map(|v| v.to_bits()).collect::<Vec<_>>())?;
     let [hidden, seen] = edge(&params);
+    let [across, down] = joins::numbers(&job.window());
     recorder.pass(&Pass {
         shader: &LIGHT,
         entry: "main",
@@ -108,8 +111,10 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
             ("k_cos", Scalar::F32(sun.cos_altitude)),
             ("k_sin", Scalar::F32(sun.sin_altitude)),
             ("k_oblique", Scalar::F32(sun.oblique)),
+            across,
+            down,
         ],
-        over: Over::Cells(Rows::Around(1)),
+        over: Over::Cells(joins::rows(&job.window(), 1)),
     })?;
     if !wants.colour {
         return Ok(());

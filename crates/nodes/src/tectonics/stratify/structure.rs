@@ -5,6 +5,7 @@ use orograph_graph::mix;
 use super::Params;
 use crate::{
     numerics::{
+        joins::{Joins, Weights},
         math,
         waves::{SHORTEST_CELLS, Sampler, Waves},
     },
@@ -26,6 +27,7 @@ pub struct Structure<'a> {
     cosine: f64,
     winding: Sampler,
     swells: Sampler,
+    joins: Option<Joins>,
 }
 
 impl<'a> Structure<'a> {
@@ -38,7 +40,7 @@ impl<'a> Structure<'a> {
         let grain = math::atan2(along[1], along[0]);
         let waves = |which: u32, longest_m: f64, spectral_slope: f64, stretch: f64| {
             let seed = mix(job.seed() ^ mix(0x57A7_0001 + which));
-            Waves { longest_m, spectral_slope, stretch, grain, seed }.sampler(SHORTEST_CELLS * job.cell_m())
+            Waves { longest_m, spectral_slope, stretch, grain, seed }.endless(SHORTEST_CELLS * job.cell_m())
         };
         Self {
             params,
@@ -48,12 +50,21 @@ impl<'a> Structure<'a> {
             cosine: math::cos(dip),
             winding: waves(0, params.fold_length, 4.0, ALONG),
             swells: waves(1, SWELLS_M, 3.5, 1.0),
+            // over half of the world, a dip turns back as gently as it goes down
+            joins: Joins::of(job.world(), f64::INFINITY, Weights::Mean),
         }
     }
 
     /// What is subtracted in the stratigraphic height at a position, in metres.
     #[must_use]
     pub fn offset_m(&self, at: [f64; 2]) -> f64 {
+        match &self.joins {
+            Some(joins) => joins.blend(at, |at| self.endless_m(at)),
+            None => self.endless_m(at),
+        }
+    }
+
+    fn endless_m(&self, at: [f64; 2]) -> f64 {
         let params = self.params;
         let [x, y] = [0, 1].map(|axis| at[axis] - self.centre_m[axis]);
         let across = x * self.across[0] + y * self.across[1];

@@ -1,6 +1,6 @@
 //! Layers of rock: outcrops, folds and faults against closed forms, generated tables, sizes.
 
-use orograph_graph::{Layer, ParamValue, Value};
+use orograph_graph::{Boundary, Edge, Layer, ParamValue, Value, World};
 
 use super::NODE;
 use crate::{numerics::math, prelude::*, testing};
@@ -97,6 +97,23 @@ fn a_fault_lowers_the_rock_to_its_right() {
     let found = testing::run(&NODE, &params, &[("height", &flat(-349.0))], "layer");
     for (cell, layer) in found.samples().iter().enumerate() {
         assert_eq!(*layer, if cell % 200 >= 100 { 1.0 } else { 3.0 }, "{cell}");
+    }
+}
+
+/// In a periodic world tilted and broken layers turn back before the eastern side, and meet those of the western one.
+#[test]
+fn layers_meet_across_joined_sides() {
+    let world = World { boundary: Boundary::all(Edge::Periodic), ..testing::world(200, 200, 10.0) };
+    let height = Field::constant(Window::whole(world), 0.0);
+    for changes in ["dip=20,strike=30", "dip=5,fold_height=200,fold_length=700", "dip=0,throw=150"] {
+        let params = testing::with_params(&NODE, changes);
+        let strata = testing::run(&NODE, &params, &[("height", &height)], "hardness");
+        let steps = |from: usize, to: usize, by: usize| {
+            (0..200).filter(|at| strata.samples()[from + at * by] != strata.samples()[to + at * by]).count()
+        };
+        let inside = (10..150).map(|at| steps(at, at + 1, 200)).max().unwrap_or(0);
+        let [across, down] = [steps(199, 0, 200), steps(199 * 200, 0, 1)];
+        assert!(across <= inside.max(4) && down <= 60, "{changes}: {across} {down} {inside}");
     }
 }
 

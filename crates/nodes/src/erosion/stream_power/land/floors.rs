@@ -11,7 +11,7 @@
 //! a river has 0.17 to 0.29 of the rise to three cells beside it, and a sharp valley a third. Smooth ground, as in files
 //! of version 5 and before, has neither foot nor floors that follow the rock.
 
-use orograph_graph::{Job, NodeError, Window, mix};
+use orograph_graph::{Job, NodeError, Window, World, mix};
 
 use super::Land;
 use crate::{
@@ -56,16 +56,17 @@ impl Floors {
     #[must_use]
     pub fn new(job: &Job<'_>, params: &Params) -> Self {
         let seed = mix(job.seed() ^ mix(0x5EED_0004));
-        let varied = Self::varied(params.valley_width, params.valley_variation, params.headwater_area.sqrt(), seed);
+        let hillslope_m = params.headwater_area.sqrt();
+        let varied = Self::varied(params.valley_width, params.valley_variation, hillslope_m, seed, job.world());
         Self { rounding: params.valley_rounding, ..varied }
     }
 
     /// Floors whose width varies in proportion to hillslopes of this length.
-    fn varied(width_m: f64, deviation: f64, hillslope_m: f64, seed: u32) -> Self {
+    fn varied(width_m: f64, deviation: f64, hillslope_m: f64, seed: u32, world: &World) -> Self {
         let longest_m = VARIATION_WAVES[0] * hillslope_m;
         let varies = width_m > 0.0 && deviation > 0.0 && longest_m > 0.0;
         let waves = Waves { longest_m, spectral_slope: VARIATION_SLOPE, stretch: 1.0, grain: 0.6, seed };
-        let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m);
+        let sampler = || waves.sampler(VARIATION_WAVES[1] * longest_m, world);
         let most = [f64::from(MOST_DEVIATIONS); 2];
         Self { width_m, rounding: 0.0, variation: varies.then(|| Variation { deviation, waves: sampler(), most }) }
     }
@@ -106,16 +107,18 @@ impl Land<'_> {
             job.check()?;
             Ok::<_, NodeError>(self.reaches(first * nx..(first + 8).min(ny) * nx, &job.window()))
         })?;
-        let foot_m2 = FOOT_AREAS * self.feet_m2();
+        let (foot_m2, joined) = (FOOT_AREAS * self.feet_m2(), self.grid.wraps());
         let foot =
             |cells: f64, area_m2: f64| foot_m2.min(area_m2) * (1.0 - (cells / FOOT_CELLS) * (cells / FOOT_CELLS));
         let (codes, floors) = (&self.codes, &self.floors);
         // beside a river and beside one that passes, in cells
         let beside_cells = [1.0, 0.5_f64.sqrt()];
         let widened = self.area.widened(&self.law, beside_cells.map(|cells| foot(cells, f64::INFINITY)));
+        let grid = &self.grid;
         let mut raise = |x: isize, y: isize, area_m2: f64| {
-            if (0..nx as isize).contains(&x) && (0..ny as isize).contains(&y) {
-                let widened = &mut widened[y as usize * nx + x as usize];
+            let ([x, y], is_inside) = grid.nearest([x as i32, y as i32]);
+            if is_inside {
+                let widened = &mut widened[y * nx + x];
                 *widened = widened.max(area_m2 as f32);
             }
         };
@@ -126,8 +129,9 @@ impl Land<'_> {
                 let rim = (radius + 0.5) * (radius + 0.5);
                 let far = (radius + if foot_m2 > 0.0 { FOOT_CELLS } else { 0.5 }) as isize;
                 // no farther than the cells go
-                let [across, down] =
-                    [(x, nx), (y, ny)].map(|(at, count)| (-at).max(-far)..=(count as isize - 1 - at).min(far));
+                let [across, down] = [(x, nx, joined[0]), (y, ny, joined[1])].map(|(at, count, is_joined)| {
+                    if is_joined { -far..=far } else { (-at).max(-far)..=(count as isize - 1 - at).min(far) }
+                });
                 for (dx, dy) in down.flat_map(|dy| across.clone().map(move |dx| (dx, dy))) {
                     let square = (dx * dx + dy * dy) as f64;
                     let counts_m2 = area_m2 * floors.part((1.0 - square / rim).max(0.0));
@@ -243,6 +247,40 @@ mod tests {
         }
     }
 
+    /// A valley along joined sides has the same floor on both of them.
+    fn joined_section(job: &Job<'_>) -> Result<Outputs, NodeError> {
+        let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
+        let mut land = Land::new(job, &params, start, Footing::default())?;
+        land.route(job, Some(0))?;
+        land.widen(job)?;
+        let [nx, ny] = VALLEY;
+        for x in 0..nx {
+            assert!(land.area.widened_m2(8 * nx + x) > 40.0 * land.cell_m * land.cell_m, "{x}");
+            for across in 1..=35 {
+                let [north, south] = [across, ny - across].map(|row| land.area.widened_m2(row * nx + x));
+                // rills on the slopes may have a few cells more on one side
+                let rill_m2 = 40.0 * land.cell_m * land.cell_m;
+                let is_same = (north / south - 1.0).abs() < 1e-3;
+                assert!(is_same || north.max(south) < rill_m2, "{x} {across}: {north} {south}");
+            }
+        }
+        Ok(Outputs::default())
+    }
+
+    #[test]
+    fn floors_go_on_across_joined_sides() {
+        let [nx, ny] = VALLEY;
+        let joined = Boundary { north: Edge::Periodic, south: Edge::Periodic, ..Boundary::all(Edge::Wall) };
+        let boundary = Boundary { west: Edge::Open, ..joined };
+        let world = World { boundary, ..testing::world(nx as u32, ny as u32, 30.0) };
+        let size_m = 30.0 * ny as f64;
+        let height = testing::field(world, |x, y| 0.001 * x + 0.2 * (y - 15.0).min(size_m - (y - 15.0)));
+        let node =
+            Node { cpu: joined_section, inputs: NODE.inputs, params: NODE.params, reads_sea: true, ..Node::DEFAULT };
+        let changes = "valley_width=500,valley_variation=0,roughness=0,headwater_area=0";
+        testing::outputs(&node, &testing::with_params(&NODE, changes), &[("height", &height)]).expect("a section");
+    }
+
     /// The area that counts over a disc is that of a flat floor, however gradually the floor rises; the more it does, the less
     /// counts in the middle, and the more beyond the width.
     #[test]
@@ -252,7 +290,7 @@ mod tests {
             (-250..=250).flat_map(|y| (-250..=250).map(move |x| f64::from(x * x + y * y) * STEP * STEP)).collect();
         let mut last = [f64::INFINITY, 0.0];
         for rounding in [0.0, 0.5, 1.0, 3.0] {
-            let floors = Floors { rounding, ..Floors::varied(25.0, 0.0, 700.0, 3) };
+            let floors = Floors { rounding, ..Floors::varied(25.0, 0.0, 700.0, 3, &testing::world(9, 9, 30.0)) };
             let counts = |within: std::ops::Range<f64>| {
                 let square = |square: &&f64| within.contains(&square.sqrt());
                 let part = |square: &f64| floors.part((1.0 - square / (floors.wider() * floors.wider())).max(0.0));
@@ -269,7 +307,8 @@ mod tests {
     /// Along many valleys the width keeps its mean and has the deviation of the parameter.
     #[test]
     fn floors_widen_and_narrow_about_their_width() {
-        let floors = Floors::varied(25.0, 0.5, 700.0, 3);
+        let world = testing::world(9, 9, 30.0);
+        let floors = Floors::varied(25.0, 0.5, 700.0, 3, &world);
         let places = (0..400).flat_map(|x| (0..400).map(move |y| [f64::from(x) * 1e3, f64::from(y) * 1e3]));
         let factors: Vec<f64> = places.map(|place_m| floors.factor(place_m)).collect();
         let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / factors.len() as f64;
@@ -282,7 +321,7 @@ mod tests {
         let change = math::ln(floors.factor([5e4, 5e4]) / floors.factor([5e4, 5.07e4]));
         assert!(change.abs() < 0.3, "{change}");
         for (width_m, deviation, hillslope_m) in [(25.0, 0.0, 700.0), (25.0, 0.5, 0.0), (0.0, 0.5, 700.0)] {
-            assert_eq!(Floors::varied(width_m, deviation, hillslope_m, 3).factor([5e4, 5e4]), 1.0);
+            assert_eq!(Floors::varied(width_m, deviation, hillslope_m, 3, &world).factor([5e4, 5e4]), 1.0);
         }
     }
 }

@@ -97,7 +97,7 @@ impl Land<'_> {
             let [longest, shortest] = DISPLACEMENT_WAVES[nth].map(|cells| cells * coarse_m);
             let seed = mix(job.seed() ^ mix(0xD15C_0000 + 2 * level + axis));
             Waves { longest_m: longest, spectral_slope: DISPLACEMENT_SLOPE, stretch: 1.0, grain: 0.6, seed }
-                .sampler(shortest)
+                .sampler(shortest, job.world())
         });
         // rivers of a young landscape still have the courses of the initial terrain, which no grid has laid
         let made_anew = (below.time_yr / below.response_yr).min(1.0);

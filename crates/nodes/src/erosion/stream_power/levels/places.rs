@@ -61,11 +61,14 @@ impl Places {
         row * self.from.outer.nx() + column
     }
 
-    /// How far a place is from the nearest side, in coarse cells.
+    /// How far a place is from the nearest side that is not joined, in coarse cells.
     #[must_use]
-    pub fn side_distance(&self, [x, y]: [f64; 2]) -> f64 {
-        let [nx, ny] = self.from.outer.cells.map(f64::from);
-        (x + 0.5).min(nx - 0.5 - x).min((y + 0.5).min(ny - 0.5 - y))
+    pub fn side_distance(&self, place: [f64; 2]) -> f64 {
+        let [x, y] = [0, 1].map(|axis| {
+            let count = f64::from(self.from.outer.cells[axis]);
+            if self.periodic[axis] { f64::INFINITY } else { (place[axis] + 0.5).min(count - 0.5 - place[axis]) }
+        });
+        x.min(y)
     }
 
     /// What is around a place.
