@@ -74,8 +74,8 @@ pub(super) const BANK: Land = &[
 /// A scan with wrong values, in a world of 8 km.
 pub(super) const SCAN: Land = &[
     ("broad", "Perlin", r#"wavelength: "5 km", octaves: 8, amplitude: "500 m", seed: 9"#),
-    ("sparse", "Noise", r#"kind: value, wavelength: 160, octaves: 1, amplitude: "1 m", seed: 2"#),
-    ("wrong", "Select", r#"value: "sparse", from: 0.75, falloff: 0.02"#),
+    ("sparse", "Noise", r#"kind: value, wavelength: 100, octaves: 1, amplitude: "1 m", seed: 2"#),
+    ("wrong", "Select", r#"value: "sparse", from: 0.85, falloff: 0.02"#),
     ("spikes", "Remap", r#"value: "wrong", from: (0, 1), to: (0, 45), quantity: height"#),
     ("base", "Combine", r#"a: "broad", b: "spikes""#),
 ];

@@ -29,8 +29,9 @@ use crate::{
     world::{Window, World},
 };
 
-/// Identifies the scheme of the keys; change it when the hashed data or its encoding changes.
-const SCHEME: &str = "orograph evaluation key 2";
+/// Identifies the scheme of the keys; change it when the hashed data or its encoding changes, or when results of many
+/// kinds do, so that stored ones are not found any more.
+const SCHEME: &str = "orograph evaluation key 3";
 
 /// A 128-bit hash of a value's provenance (the first half of a BLAKE3 hash).
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

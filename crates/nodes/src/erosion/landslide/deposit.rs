@@ -7,7 +7,7 @@ use std::{
 
 use super::{
     land::Exit,
-    noise::noise,
+    noise::rough,
     runout::{Flow, Origin, rank},
 };
 use crate::numerics::{math, routing::code::STEPS};
@@ -112,7 +112,7 @@ impl Flow<'_> {
         // how much lower than at the cell the surface is
         let lower = |flow: &Self, at: usize| {
             let [x, y] = flow.land.offset_m(flow.land.centre_m(cell), at);
-            let bump = noise(flow.land.centre_m(at).map(|at| at / flow.law.bump_m), flow.law.seed);
+            let bump = rough(flow.land.centre_m(at).map(|at| at / flow.law.bump_m), flow.law.seed);
             slope * math::hypot(x, y) * (1.0 + 0.5 * bump)
         };
         let mut level = self.land.ground[cell];

@@ -104,7 +104,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Landslide",
-    version: 5,
+    version: 6,
     migrations: &[
         // the rock of `StreamPower` at its defaults
         Migration { from: 1, steps: &[Step::Keep { name: "variation_size", value: "8e3" }] },
@@ -119,6 +119,8 @@ pub static NODE: Node = Node {
             from: 4,
             steps: &[Step::Keep { name: "variation_size", value: "3e3" }, Step::Keep { name: "knolls", value: "0.22" }],
         },
+        // mounds of one size on all deposits
+        Migration { from: 5, steps: &[] },
     ],
     category: "erosion",
     summary: "Rock fails in wedges and soil in shallow slides; debris runs out and comes to rest below.",

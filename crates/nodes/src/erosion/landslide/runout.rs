@@ -14,7 +14,7 @@ use orograph_graph::mix;
 
 use super::{
     land::{Exit, Land, Room},
-    noise::noise,
+    noise::rough,
 };
 use crate::numerics::{math, routing::code::STEPS};
 
@@ -22,8 +22,9 @@ use crate::numerics::{math, routing::code::STEPS};
 const FILM: f64 = 0.02;
 /// How sharply a deposit ends: how fast debris that is as thick as its sheet settles.
 const SETTLING: f64 = 2.0;
-/// Thickness of debris that has no energy left, in sheets.
-const HEAP: f64 = 5.0;
+/// Thickness of debris that has no energy left, in sheets. With 5, every small slide ends in a mound of its own, and the
+/// ground below a cliff is covered with mounds of one size.
+const HEAP: f64 = 2.0;
 /// How the tangent of the angle of reach falls with the volume.
 const REACH_POWER: f64 = -0.085;
 /// Thickness in metres from which a cell belongs to a deposit.
@@ -156,7 +157,7 @@ impl Flow<'_> {
             None => 0.0,
         };
         let slope = (0..STEPS.len()).map(|way| fall(self.land, z, way)).fold(0.0, f64::max);
-        let bump = noise(self.land.centre_m(cell).map(|at| at / self.law.bump_m), self.law.seed);
+        let bump = rough(self.land.centre_m(cell).map(|at| at / self.law.bump_m), self.law.seed);
         // the mean of the energy lines of all debris that has come here
         let line_m = energy / moving;
         let heap = if self.law.reach > 0.0 && line_m <= z { HEAP } else { 1.0 };

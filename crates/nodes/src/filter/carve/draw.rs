@@ -11,13 +11,25 @@ use crate::numerics::{lines::Ends, math, noise::place::Octaves, par};
 /// Rows of a strip.
 const ROWS: usize = 32;
 
+/// The part of the roughness that stays in a bed that is not flat, and the part of the bank over which the rest comes
+/// back.
+const IN_BED: f64 = 0.4;
+const COMES_BACK: f64 = 0.3;
+
+/// The terrain, and its roughness: empty where banks are smooth.
+#[derive(Clone, Copy)]
+pub struct Ground<'a> {
+    pub heights: &'a [f32],
+    pub rough: &'a [f32],
+}
+
 /// Returns the terrain with beds, and the bed mask (1 on the bed, 0 beyond its banks), if wanted.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub fn draw(
     job: &Job<'_>,
-    land: &[f32],
+    Ground { heights: land, rough }: Ground<'_>,
     ways: &[Way],
     params: &Params,
     seed: u32,
@@ -25,18 +37,21 @@ pub fn draw(
 ) -> Result<[Option<Vec<f32>>; 2], NodeError> {
     let window = job.window();
     let bank_m = params.bank.max(window.cell_m());
+    let octaves = |wavelength_m: f64, salt: u32| Octaves {
+        wavelength_m,
+        count: 4,
+        gain: 0.6,
+        cell_m: window.cell_m(),
+        seed: orograph_graph::mix(seed ^ salt),
+    };
     let ragged = Ragged {
         amount: params.raggedness,
-        octaves: Octaves {
-            wavelength_m: 1.6 * (bank_m + 0.5 * params.width),
-            count: 4,
-            gain: 0.6,
-            cell_m: window.cell_m(),
-            seed: orograph_graph::mix(seed ^ 0x6a09_e667),
-        },
+        octaves: octaves(1.6 * (bank_m + 0.5 * params.width), 0x6a09_e667),
+        of_bed: params.detail * params.raggedness,
+        bed: octaves(2.5 * params.width.max(2.0 * window.cell_m()), 0xbb67_ae85),
     };
     let reach_m = bank_m * ragged.most();
-    let pieces: Vec<Vec<Piece>> = ways.iter().map(|way| pieces(&window, way, reach_m)).collect();
+    let pieces: Vec<Vec<Piece>> = ways.iter().map(|way| pieces(&window, way, reach_m, ragged.widest_bed())).collect();
     let nx = window.nx();
     let strips = |raster| strips(raster, nx * ROWS, land.len());
     let mut height = wanted[0].then(|| land.to_vec());
@@ -47,7 +62,8 @@ pub fn draw(
         let rows = [k * ROWS, k * ROWS + land.len() / nx];
         nearest.clear();
         nearest.resize(land.len(), Nearest::NOTHING);
-        let strip = Strip { window: &window, land, rows, bank_m, ragged: &ragged, params };
+        let rough = rough.get(k * ROWS * nx..).map_or(&[][..], |rough| &rough[..land.len().min(rough.len())]);
+        let strip = Strip { window: &window, land, rough, rows, bank_m, ragged: &ragged, params };
         for pieces in &pieces {
             job.check()?;
             strip.draw(pieces, nearest, height.as_deref_mut(), bed.as_deref_mut());
@@ -96,7 +112,7 @@ impl Nearest {
 }
 
 /// Returns the segments of a way that affect the world, repeated across periodic sides.
-fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
+fn pieces(window: &Window, way: &Way, bank_m: f64, wider: f64) -> Vec<Piece> {
     let shifts = [0, 1].map(|axis| if Ends::of(window, axis) == Ends::Wrap { -1..=1 } else { 0..=0 });
     let mut pieces = Vec::new();
     for pair in way.places.windows(2) {
@@ -108,7 +124,7 @@ fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
                     Place { at_m: [x + f64::from(across) * width, y + f64::from(down) * height], ..*place }
                 };
                 let (from, to) = (moved(&pair[0]), moved(&pair[1]));
-                let reach_m = from.half_m.max(to.half_m) + bank_m;
+                let reach_m = wider * from.half_m.max(to.half_m) + bank_m;
                 let [columns, rows] = [0, 1].map(|axis| {
                     let (a, b) = (from.at_m[axis], to.at_m[axis]);
                     let cell =
@@ -134,6 +150,8 @@ struct Strip<'a> {
     window: &'a Window,
     /// The input terrain.
     land: &'a [f32],
+    /// Its roughness, or nothing.
+    rough: &'a [f32],
     rows: [usize; 2],
     bank_m: f64,
     ragged: &'a Ragged,
@@ -145,13 +163,29 @@ struct Ragged {
     /// 0 to 1.
     amount: f64,
     octaves: Octaves,
+    /// The same of the edges of the bed, 0 to 1.
+    of_bed: f64,
+    bed: Octaves,
 }
+
+/// The most by which a bed is narrower and wider, as factors.
+const BED: [f64; 2] = [0.7, 1.4];
 
 impl Ragged {
     /// Returns the most by which it and the factors of the banks lengthen the distance over which a bed blends into the
     /// terrain.
     fn most(&self) -> f64 {
         (1.0 + 0.8 * self.amount) / self.least()
+    }
+
+    /// Returns the factor by which the bed is wider than its mean at a place.
+    fn bed_factor(&self, at_m: [f64; 2]) -> f64 {
+        if self.of_bed == 0.0 { 1.0 } else { (1.0 + 0.8 * self.of_bed * self.bed.at(at_m)).clamp(BED[0], BED[1]) }
+    }
+
+    /// Returns the most of [`Self::bed_factor`].
+    fn widest_bed(&self) -> f64 {
+        if self.of_bed == 0.0 { 1.0 } else { BED[1] }
     }
 
     /// Returns the least factor.
@@ -194,7 +228,8 @@ impl Strip<'_> {
                     let height = height.as_mut().map_or(&mut spare, |height| &mut height[at]);
                     let bed = bed.as_mut().map_or(&mut share, |bed| &mut bed[at]);
                     let at_m = self.window.centre_m(i, self.rows[0] + row);
-                    self.change(&nearest[at], at_m, self.land[at], height, bed);
+                    let rough = self.rough.get(at).map_or(0.0, |rough| f64::from(*rough));
+                    self.change(&nearest[at], at_m, [f64::from(self.land[at]), rough], height, bed);
                     nearest[at] = Nearest::NOTHING;
                 }
             }
@@ -202,30 +237,38 @@ impl Strip<'_> {
     }
 
     /// Applies the nearest bed point to a cell.
-    fn change(&self, nearest: &Nearest, at_m: [f64; 2], land: f32, height: &mut f32, bed: &mut f32) {
+    fn change(&self, nearest: &Nearest, at_m: [f64; 2], [land, rough]: [f64; 2], height: &mut f32, bed: &mut f32) {
         let Nearest { square_m2, elevation_m, half_m, depth_m, bank } = *nearest;
         let distance_m = square_m2.sqrt();
+        let widest_m = half_m * self.ragged.widest_bed();
+        if (distance_m - widest_m) * self.ragged.least() >= self.bank_m * bank {
+            return;
+        }
+        let half_m = half_m * self.ragged.bed_factor(at_m);
         let beyond_m = distance_m - half_m;
         if beyond_m * self.ragged.least() >= self.bank_m * bank {
             return;
         }
         let factor = if beyond_m > 0.0 { self.ragged.factor(at_m) / bank } else { 1.0 };
-        let away = math::smoothstep(beyond_m * factor / self.bank_m);
+        let along_bank = beyond_m * factor / self.bank_m;
+        let away = math::smoothstep(along_bank);
         if away >= 1.0 {
             return;
         }
+        let in_bed = if self.params.profile == Profile::Flat { 0.0 } else { IN_BED };
+        let stays = self.params.detail * (in_bed + (1.0 - in_bed) * math::smoothstep(along_bank / COMES_BACK));
         let x = if half_m > 0.0 { (distance_m / half_m).min(1.0) } else { 1.0 };
         let rise = match self.params.profile {
             Profile::Flat => 0.0,
             Profile::Round => x * x,
             Profile::Sharp => x,
         };
-        let surface = elevation_m + depth_m * rise;
-        let target = |land: f32| (surface * (1.0 - away) + f64::from(land) * away) as f32;
+        let surface = elevation_m + depth_m * rise + stays * rough;
+        let target = |land: f64| (surface * (1.0 - away) + land * away) as f32;
         *height = match self.params.mode {
             Mode::Carve => height.min(target(land)),
             Mode::Fill => height.max(target(land)),
-            Mode::Grade => target(*height),
+            Mode::Grade => target(f64::from(*height)),
         };
         *bed = bed.max((1.0 - away) as f32);
     }

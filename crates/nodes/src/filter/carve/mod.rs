@@ -1,13 +1,17 @@
 //! Carves beds along lines: rivers, ditches, roads and dams.
 //!
-//! `course` bends a path, `way` computes the bed's width and elevation along each line, and `draw` applies them to the
-//! cells around it.
+//! `course` bends a path, `way` computes the bed's width and elevation along each line, `rough` the roughness that its
+//! banks keep, and `draw` applies them to the cells around it.
 
 mod course;
 mod draw;
+mod rough;
 mod way;
 
-use self::{draw::draw, way::Way};
+use self::{
+    draw::{Ground, draw},
+    way::Way,
+};
 use super::mix;
 use crate::prelude::*;
 
@@ -78,6 +82,8 @@ params! {
     widening: f64 = 0.6, One, 0.0..=1.0, unless lines;
     /// How uneven banks are: 0 for banks parallel to the line.
     raggedness: f64 = 0.6, One, 0.0..=1.0;
+    /// How much of the roughness of the terrain stays on the banks: 0 for smooth banks and a bed of even width.
+    detail: f64 = 0.8, One, 0.0..=1.0;
     /// Random seed of bends and banks.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -103,7 +109,7 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Carve",
-    version: 3,
+    version: 4,
     migrations: &[
         Migration {
             from: 1,
@@ -115,6 +121,7 @@ pub static NODE: Node = Node {
             ],
         },
         Migration { from: 2, steps: &[] },
+        Migration { from: 3, steps: &[Step::Keep { name: "detail", value: "0" }] },
     ],
     category: "filter",
     summary: "Carves or fills a bed along a path or along rivers: valleys, ditches, roads, dams.",
@@ -133,8 +140,12 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     scratch: Scratch::Bytes(|sizing| {
-        let is_drawn = sizing.is_wired(Inputs::PORTS, "lines") || Params::read(sizing.params).width > 0.0;
-        if is_drawn { draw::bytes(&sizing.window) } else { 0 }
+        let params = Params::read(sizing.params);
+        if sizing.is_wired(Inputs::PORTS, "lines") || params.width > 0.0 {
+            draw::bytes(&sizing.window).max(rough::bytes(sizing, &params)) + rough::kept_bytes(sizing, &params)
+        } else {
+            0
+        }
     }),
     cpu: run,
     example: "height: \"base\", width: 900, depth: 200, bank: 1200",
@@ -158,7 +169,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         .into());
     }
-    let [mut out, bed] = draw(job, height.samples(), &ways, &params, seed, [wants.height, wants.bed])?;
+    let rough = if wants.height { rough::of(job, height.samples(), &params)? } else { Vec::new() };
+    let land = Ground { heights: height.samples(), rough: &rough };
+    let [mut out, bed] = draw(job, land, &ways, &params, seed, [wants.height, wants.bed])?;
+    drop(rough);
     if let Some(out) = &mut out {
         mix(job, height.samples(), out, mask)?;
     }

@@ -3,11 +3,11 @@
 use orograph_graph::{Boundary, Cancel, Edge, InputValue, Line, Lines, ParamValue, Value, Vertex, Warnings, World};
 
 use super::*;
-use crate::numerics::along;
+use crate::numerics::{along, math};
 use crate::testing::{field, run as result, run_in, run_with, with_params, world};
 
 /// Changes that keep a bed straight and its banks parallel.
-const EVEN: &str = "curve=0,wander=0,widening=0,raggedness=0";
+const EVEN: &str = "curve=0,wander=0,widening=0,raggedness=0,detail=0";
 
 fn along(points: &[[f64; 2]], changes: &str) -> ParamValues {
     let mut params = with_params(&NODE, &format!("{EVEN},{changes}"));
@@ -44,6 +44,32 @@ fn cross_sections_are_the_profile() {
             }
         }
     }
+}
+
+/// Banks are nearly as rough as the terrain around them, the bed is smoother, and neither is moved on the whole.
+#[test]
+fn banks_keep_the_roughness_of_the_terrain() {
+    let bumps = |x: f64, y: f64| 3.0 * (math::sin(0.31 * x + 0.11 * y) + math::cos(0.17 * x - 0.29 * y));
+    let land = field(world(200, 160, 5.0), bumps);
+    let path = [[-500.0, 400.0], [1500.0, 400.0]];
+    let of = |detail: &str| bed(&land, &path, &format!("width=100,depth=40,bank=150,detail={detail}"));
+    let (smooth, rough) = (of("0"), of("1"));
+    // how far cells stand out from their neighbours, in rows so far from the line
+    let roughness = |field: &Field, [from, to]: [f64; 2]| {
+        let rows = (1..159).filter(|j| (from..to).contains(&(5.0 * (f64::from(*j as u32) + 0.5) - 400.0).abs()));
+        let cells: Vec<usize> = rows.flat_map(|j| (1..199).map(move |i| j * 200 + i)).collect();
+        let out = |at: &usize| {
+            let h = |at: usize| f64::from(field.samples()[at]);
+            h(*at) - 0.25 * (h(at - 1) + h(at + 1) + h(at - 200) + h(at + 200))
+        };
+        (cells.iter().map(|at| out(at) * out(at)).sum::<f64>() / cells.len() as f64).sqrt()
+    };
+    let all = roughness(&land, [250.0, 390.0]);
+    assert!(roughness(&smooth, [60.0, 110.0]) < 0.35 * all);
+    assert!((0.8..1.1).contains(&(roughness(&rough, [110.0, 190.0]) / all)));
+    assert!((0.3..0.5).contains(&(roughness(&rough, [0.0, 30.0]) / all)));
+    let moved = smooth.samples().iter().zip(rough.samples()).map(|(a, b)| f64::from(b - a));
+    assert!((moved.sum::<f64>() / 32_000.0).abs() < 0.3);
 }
 
 /// The bed never rises downstream, over hills and hollows, and the terrain is never raised.

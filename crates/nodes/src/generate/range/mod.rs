@@ -33,17 +33,21 @@ params! {
     /// Height of the crest above the surrounding terrain.
     height: f64 = 2200.0, Metres, 0.0..=1e5, soft 100..=5000;
     /// Width w of the flank to the right of the path; with `profile: sharp` the foot lies three widths away.
-    front: f64 = 1500.0, Metres, 1.0..=1e7, soft 200..=20000;
+    front: f64 = 2600.0, Metres, 1.0..=1e7, soft 200..=20000;
     /// Width w of the flank to the left of the path; with `profile: sharp` the foot lies three widths away.
-    back: f64 = 2500.0, Metres, 1.0..=1e7, soft 200..=20000;
+    back: f64 = 4000.0, Metres, 1.0..=1e7, soft 200..=20000;
     /// Cross-section of the range.
     profile: Profile = Profile::Sharp, One, ..;
     /// How far crest and foot wind around the path: at 1, by up to three times `spacing` along each axis.
     bend: f64 = 0.6, One, 0.0..=1.0;
     /// How deep the valleys between spurs are: 0 for even flanks.
-    spurs: f64 = 0.2, One, 0.0..=1.0;
+    spurs: f64 = 0.5, One, 0.0..=1.0;
     /// Distance between large spurs.
     spacing: f64 = 2500.0, Metres, 1.0..=1e6, soft 200..=10000;
+    /// How steep spurs are, relative to those twice as large: near 1, small ones cover the flanks like fur.
+    fine: f64 = 0.5, One, 0.0..=1.0, given spurs;
+    /// How jagged crest and foot are between bends: 0 for a smooth course.
+    jagged: f64 = 1.0, One, 0.0..=1.0, given bend;
     /// How much summits and passes differ from the crest's height, as a fraction of it.
     variation: f64 = 0.35, One, 0.0..=1.0;
     /// Random seed of spurs and summits.
@@ -65,9 +69,21 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Range",
-    version: 2,
-    // spurs of 0.6 make 45 % of the land steeper than 45°
-    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "spurs", value: "0.6" }] }],
+    version: 3,
+    // spurs of 0.6 that hardly get gentler make 45 % of the land steeper than 45°
+    migrations: &[
+        Migration { from: 1, steps: &[Step::Keep { name: "spurs", value: "0.6" }] },
+        Migration {
+            from: 2,
+            steps: &[
+                Step::Keep { name: "front", value: "1500" },
+                Step::Keep { name: "back", value: "2500" },
+                Step::Keep { name: "spurs", value: "0.2" },
+                Step::Keep { name: "fine", value: "0.78" },
+                Step::Keep { name: "jagged", value: "0" },
+            ],
+        },
+    ],
     category: "generate",
     summary: "A mountain range along a path, with spurs and summits.",
     doc: include_str!("page.md"),
@@ -84,6 +100,12 @@ pub static NODE: Node = Node {
     example: "height: 3000, front: 3000, back: 4000, spacing: 3500, seed: 8",
     ..Node::DEFAULT
 };
+
+/// Octaves of the bends, the last as long as the spacing of spurs, and of those that make the course jagged.
+const BENDS: i64 = 3;
+const JAGS: i64 = 6;
+/// The shortest waves that places show, in steps between them.
+const LEAST_STEPS: f64 = 4.0;
 
 /// Salts of the noise that varies the crest and of the noises that displace it to the east and to the south.
 const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
@@ -109,7 +131,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     drop(bends);
     let wants = Wants::of(job);
     let risen = || -> Result<Field, NodeError> {
-        let spurs = Spurs::new(job, [params.spurs, params.spacing], |places| course.heights(job, places))?;
+        let spurs = Spurs::new(job, [params.spurs, params.spacing, params.fine], |places| course.heights(job, places))?;
         let crest = params.fractal(job, SALTS[0], 2.0, 4).octaves(job.world());
         let mut height = sum::lattices(job, &crest, Basis::Bell, params.variation)?;
         par::rows_within(job, [0.4, 0.9], &mut height, |j, row| {
@@ -147,7 +169,8 @@ impl Params {
 struct Course<'a> {
     params: &'a Params,
     stretches: Vec<Stretch>,
-    /// Noise that displaces it to the east and to the south; the finest octave is as long as the spacing of spurs.
+    /// Noise that displaces it to the east and to the south: octaves down to the spacing of spurs, then those that make
+    /// the course jagged.
     bends: [Vec<Octave>; 2],
 }
 
@@ -155,7 +178,15 @@ impl<'a> Course<'a> {
     fn new(job: &Job<'_>, params: &'a Params) -> Result<Self, NodeError> {
         let paths = paths(Inputs::read(job)?.lines, &params.path.0);
         let stretches = Range { paths, widths_m: [params.front, params.back] }.stretches();
-        let bends = [SALTS[1], SALTS[2]].map(|salt| params.fractal(job, salt, 4.0, 3).octaves(job.world()));
+        let bends = [SALTS[1], SALTS[2]].map(|salt| {
+            let broad = params.fractal(job, salt, 4.0, BENDS);
+            let whole = Fractal { octaves: BENDS + JAGS, ..broad };
+            let per_broad = whole.amplitudes().sum::<f64>() / broad.amplitudes().sum::<f64>();
+            let jags = whole.octaves(job.world()).into_iter().skip(BENDS as usize);
+            let jags = jags.map(|octave| Octave { share: octave.share * per_broad * params.jagged, ..octave });
+            let jags = jags.filter(|octave| octave.share > 0.0);
+            broad.octaves(job.world()).into_iter().chain(jags).collect()
+        });
         Ok(Self { params, stretches, bends })
     }
 
@@ -176,7 +207,13 @@ impl<'a> Course<'a> {
     /// Returns the heights at places, without spurs and summits.
     fn heights(&self, job: &Job<'_>, places: &Places) -> Result<Vec<f32>, NodeError> {
         let bends = self.bends(|octaves, bend_m| {
-            let seen = octaves.iter().map(|octave| octave.seen(places.step_m / job.cell_m(), places.first));
+            let step_cells = places.step_m / job.cell_m();
+            // jags between the places would give them random slopes
+            let is_seen = |(k, octave): &(usize, &Octave)| {
+                *k < BENDS as usize || octave.wavelength_cells >= LEAST_STEPS * step_cells
+            };
+            let seen = octaves.iter().enumerate().filter(is_seen);
+            let seen = seen.map(|(_, octave)| octave.seen(step_cells, places.first));
             sum::places(job, places.cells, &seen.collect::<Vec<_>>(), Basis::Bell, bend_m)
         })?;
         let (xs, nx) = (places.xs(), places.cells[0]);

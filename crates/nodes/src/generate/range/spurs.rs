@@ -21,8 +21,6 @@ const REACH: f64 = 1.2;
 const JITTER: f64 = 0.3;
 /// Amplitude of an octave over slope times wavelength, for spurs of 1.
 const HEIGHT: f64 = 1.9;
-/// Ratio of the steepness of each octave to that of the one before.
-const FALL: f64 = 0.78;
 /// Steeper slopes count as this.
 const STEEPEST: f32 = 1.2;
 /// Offset that makes the added height, as a fraction of slope times wavelength, about 0 on average.
@@ -78,13 +76,13 @@ struct Wave {
 }
 
 impl Spurs {
-    /// Creates the spurs of a terrain, given its heights at `places`.
+    /// Creates the spurs of a terrain, given its heights at `places`. Each octave is as steep as the one before times `fine`.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn new(
         job: &Job<'_>,
-        [spurs, spacing_m]: [f64; 2],
+        [spurs, spacing_m, fine]: [f64; 3],
         land: impl Fn(&Places) -> Result<Vec<f32>, NodeError>,
     ) -> Result<Self, NodeError> {
         let (window, cell_m) = (job.window(), job.cell_m());
@@ -107,7 +105,7 @@ impl Spurs {
         let mut spurs_of = Self { octaves: Vec::new() };
         for ((k, &wavelength_m), span) in (0..).zip(&wavelengths).zip(spans.iter().rev()) {
             let fade = crate::numerics::math::smoothstep(wavelength_m / (3.0 * cell_m) - 1.0);
-            let height_m = spurs * HEIGHT * crate::numerics::math::pow(FALL, f64::from(k)) * wavelength_m;
+            let height_m = spurs * HEIGHT * crate::numerics::math::pow(fine, f64::from(k)) * wavelength_m;
             let [first, cells] = [span.map(|[first, _]| first), span.map(|[first, last]| last - first + 1)];
             let places = Places {
                 step_m: 0.5 * wavelength_m,
