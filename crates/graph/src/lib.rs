@@ -53,8 +53,8 @@ pub use document::{
     recover,
 };
 pub use eval::{
-    Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, LiveNode, Origin,
-    Request, Store, StoreFolder, Trust, Usage, code_is_in,
+    Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, KEY_SCHEME, Key, Live, LiveNode,
+    Origin, Request, Store, StoreFolder, Trust, Usage, code_is_in,
 };
 pub use field::Field;
 pub use given::Given;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use orograph_graph::{Cancel, input};
+use orograph_graph::{Cancel, KEY_SCHEME, input};
 use orograph_nodes::raster;
 use serde_json::{Map, json};
 
@@ -13,7 +13,7 @@ use crate::{
         backend::BackendName,
         request::{Changes, Request},
     },
-    export::cube::{Axis, Cube, MISSED, Plan, holds},
+    export::cube::{Axis, CHECKED, Checked, Cube, Plan, holds},
     files::read_by,
     report::{
         failure::Failure,
@@ -66,7 +66,11 @@ impl Job<'_> {
     pub fn run(&self, builder: &Builder, cancel: &Cancel, progress: &dyn Progress) -> Result<(), Failure> {
         let (axes, variants) = self.variants()?;
         let cube = Cube::open(&self.folder(), self.plan(axes)?)?;
-        let left: Vec<usize> = (0..variants.len()).filter(|member| !cube.is_complete(*member)).collect();
+        let names: Vec<String> = variants.iter().map(|variant| Checked::name(&variant.label())).collect();
+        let mut checked = Checked::read(&cube)?;
+        let is_expected = self.request.document.expectations().is_some();
+        let is_done = |member: &usize| cube.is_complete(*member) && (!is_expected || checked.has(&names[*member]));
+        let left: Vec<usize> = (0..variants.len()).filter(|member| !is_done(member)).collect();
         let done = variants.len() - left.len();
         if done > 0 && !self.is_quiet {
             terminal::remark(&format!("continuing: {} of {} are complete\n", done, variants.len()));
@@ -77,14 +81,17 @@ impl Job<'_> {
                 terminal::remark(&format!("{} of {}: {label}\n", done + at + 1, variants.len()));
             }
             let expected = builder.build_member(&variants[member].request, &cube, member, cancel, progress)?;
-            if let Some(what) = expected.missed() {
+            let missed = expected.missed();
+            if let Some(what) = &missed {
                 terminal::remark(&format!("{} {label}: {what}\n", Page::stderr().bad("missed:")));
-                cube.note_missed(&label, &what)?;
+            }
+            if is_expected {
+                checked.note(&cube, &names[member], missed)?;
             }
         }
         cube.finish(cancel)?;
         // also those of the runs that this one continues
-        let missed = cube.missed().len();
+        let missed = checked.missed();
         if !self.is_quiet {
             let (page, count) = (Page::stdout(), counted(variants.len(), "terrain"));
             let name = page.name(&cube.folder().display().to_string());
@@ -94,7 +101,7 @@ impl Job<'_> {
             return Ok(());
         }
         let what = format!("{missed} of {} missed an expectation", counted(variants.len(), "terrain"));
-        Err(Failure::wrong(what).hint(format!("the cube is complete; its `{MISSED}` says which")))
+        Err(Failure::wrong(what).hint(format!("the cube is complete; its `{CHECKED}` says which")))
     }
 
     /// The swept dimensions, the seed last, and every terrain.
@@ -149,6 +156,7 @@ impl Job<'_> {
             hash.update(bytes);
         };
         part(document.source().as_bytes());
+        part(KEY_SCHEME.as_bytes());
         part(format!("{:?}", self.backend).as_bytes());
         part(format!("{world:?} {:?} {}", self.request.window(), self.request.supersample()).as_bytes());
         for index in graph.indices() {

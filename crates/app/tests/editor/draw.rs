@@ -228,7 +228,16 @@ fn a_road_is_a_carve_with_the_parameters_of_a_road() {
     assert_eq!(steps(&window), before + 1, "one step to undo");
     let source = window.state().session().document().source();
     let text = source.split("\"road\": ").nth(1).and_then(|rest| rest.split(')').next()).expect("a node");
-    for part in ["Carve(", "mode: grade", "course: graded", "profile: flat", "depth: 0", "wander: 0", "raggedness: 0"] {
+    for part in [
+        "Carve(",
+        "mode: grade",
+        "course: graded",
+        "profile: flat",
+        "depth: 0",
+        "wander: 0",
+        "raggedness: 0",
+        "detail: 0",
+    ] {
         assert!(text.contains(part), "{part}: {text}");
     }
     settle(&mut window);

@@ -31,7 +31,7 @@ use crate::{
 
 /// Identifies the scheme of the keys; change it when the hashed data or its encoding changes, or when results of many
 /// kinds do, so that stored ones are not found any more.
-const SCHEME: &str = "orograph evaluation key 3";
+pub const KEY_SCHEME: &str = "orograph evaluation key 3";
 
 /// A 128-bit hash of a value's provenance (the first half of a BLAKE3 hash).
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -121,7 +121,7 @@ struct Hash(blake3::Hasher);
 
 impl Hash {
     fn new(tag: u8) -> Self {
-        static BLANK: LazyLock<blake3::Hasher> = LazyLock::new(|| blake3::Hasher::new_derive_key(SCHEME));
+        static BLANK: LazyLock<blake3::Hasher> = LazyLock::new(|| blake3::Hasher::new_derive_key(KEY_SCHEME));
         let mut hash = BLANK.clone();
         hash.update(&[tag]);
         Self(hash)

@@ -30,7 +30,7 @@ use std::{fmt, io, num::NonZero, path::Path, sync::Arc, sync::Mutex, time::Durat
 pub(crate) use self::event::lock;
 pub use error::EvalError;
 pub use event::{Event, Origin};
-pub use key::Key;
+pub use key::{KEY_SCHEME, Key};
 pub use live::{Live, LiveNode};
 pub use store::{Store, StoreFolder, Trust, Usage, code_is_in};
 

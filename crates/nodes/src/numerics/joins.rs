@@ -3,7 +3,8 @@
 //! A field that is a function of position has no reason to be equal at opposite sides. Before the eastern and the
 //! southern side of a periodic world it therefore turns into itself beyond the western and the northern side: with f
 //! the field and L the size of the world, f(x) cos θ + f(x − L) sin θ, where θ rises smoothly from 0 to a right angle at
-//! the side. As the squares of the weights add up to 1, the field keeps its standard deviation.
+//! the side. As the squares of the weights add up to 1, the field keeps its standard deviation, unless the world is so
+//! small that f(x) and f(x − L) are alike: then the weights themselves add up to 1.
 
 use orograph_graph::{
     Edge, Window, World,
@@ -15,11 +16,14 @@ use super::{
     math::{self, smoothstep},
 };
 
+/// Across a world that is shorter than so many of the longest waves, a random field is much like itself.
+const LEAST_WAVES: f64 = 0.5;
+
 /// How a field changes into itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weights {
-    /// The squares of the weights add up to 1: for fields whose mean is 0.
-    Random,
+    /// The squares of the weights add up to 1: for random fields whose mean is 0, of waves up to this length.
+    Random { longest_m: f64 },
     /// The weights add up to 1: for surfaces.
     Mean,
 }
@@ -93,11 +97,11 @@ impl Joins {
         }
         let share = smoothstep((at_m - (self.size_m[axis] - zone_m)) / zone_m);
         match self.weights {
-            Weights::Random if share > 0.0 => {
+            Weights::Random { longest_m } if share > 0.0 && self.size_m[axis] >= LEAST_WAVES * longest_m => {
                 let angle = std::f64::consts::FRAC_PI_2 * share;
                 [math::cos(angle), math::sin(angle)]
             }
-            Weights::Random | Weights::Mean => [1.0 - share, share],
+            Weights::Random { .. } | Weights::Mean => [1.0 - share, share],
         }
     }
 }
@@ -135,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_field_goes_on_across_joined_sides_with_its_slope() {
-        for weights in [Weights::Random, Weights::Mean] {
+        for weights in [Weights::Random { longest_m: 300.0 }, Weights::Random { longest_m: 3e3 }, Weights::Mean] {
             let joins = Joins::of(&joined(Boundary::all(Edge::Periodic)), 200.0, weights).expect("joined sides");
             let at = |place| joins.blend(place, field);
             for along in [3.0, 333.0, 640.0, 790.0] {
@@ -159,7 +163,7 @@ mod tests {
 
     #[test]
     fn other_sides_and_surfaces_of_one_height_stay() {
-        assert_eq!(Joins::of(&joined(Boundary::all(Edge::Wall)), 200.0, Weights::Random), None);
+        assert_eq!(Joins::of(&joined(Boundary::all(Edge::Wall)), 200.0, Weights::Random { longest_m: 300.0 }), None);
         let sides = Boundary { north: Edge::Periodic, south: Edge::Periodic, ..Boundary::all(Edge::Open) };
         let joins = Joins::of(&joined(sides), 1e9, Weights::Mean).expect("joined sides");
         // half of the world, and not along x

@@ -123,9 +123,21 @@ impl Knolls {
         let axes = |(plain, tiled): (&Octave, &Octave)| {
             std::array::from_fn(|axis| if is_joined[axis] { tiled.axes[axis] } else { plain.axes[axis] })
         };
+        // waves that are squeezed into a small world would be steeper
+        let squeezed = |(plain, tiled): (&Octave, &Octave)| {
+            let shorter = |axis: usize| plain.axes[axis].step as f64 / tiled.axes[axis].step as f64;
+            (0..2).filter(|axis| is_joined[*axis]).map(shorter).fold(1.0, f64::min)
+        };
         // all waves at full height that cells can represent
-        let full =
-            |both: (Octave, Octave)| Octave { fade: 1.0, axes: axes((&both.0, &both.1)), ..both.0 }.seen(1.0, [0; 2]);
+        let full = |both: (Octave, Octave)| {
+            Octave {
+                fade: 1.0,
+                axes: axes((&both.0, &both.1)),
+                share: both.0.share * squeezed((&both.0, &both.1)),
+                ..both.0
+            }
+            .seen(1.0, [0; 2])
+        };
         let octaves = octaves(false).into_iter().zip(octaves(true)).map(full).collect();
         Self { octaves, amplitude_m: roughness * wavelength_m / (OCTAVE_SLOPE * FIRST_OCTAVE) }
     }

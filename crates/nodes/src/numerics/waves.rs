@@ -56,7 +56,9 @@ impl Waves {
     /// Creates a sampler for a world, without wavelengths below `shortest_m` metres, except for the longest octave.
     #[must_use]
     pub fn sampler(&self, shortest_m: f64, world: &World) -> Sampler {
-        Sampler { joins: Joins::of(world, self.longest_m, Weights::Random), ..self.endless(shortest_m) }
+        // along the grain waves are longer
+        let weights = Weights::Random { longest_m: self.longest_m * self.stretch.max(1.0) };
+        Sampler { joins: Joins::of(world, self.longest_m, weights), ..self.endless(shortest_m) }
     }
 
     /// As [`Self::sampler`], on a plane without end.

@@ -26,8 +26,8 @@ pub struct Sidecar {
     /// Side of a cell in metres, if cells are square.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f64>,
-    /// Metres to the east and to the south from the north-west corner of the world to that of the raster, if it shows a
-    /// part of the world.
+    /// Metres to the east and to the south from the north-west corner of the world to that of the area that the raster
+    /// shows, if that is a part of the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin_m: Option<[f64; 2]>,
     /// The same offset in cells of the world.
@@ -39,7 +39,7 @@ pub struct Sidecar {
     /// EPSG code of the coordinate system, if the world has a place on Earth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub epsg: Option<u32>,
-    /// Easting and northing of the north-west corner of the raster in that system.
+    /// Easting and northing of the north-west corner of that area in that system.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub corner_m: Option<[f64; 2]>,
     /// True if the values are those of vertices: the outermost ones stand on the sides of the area, so that cells around
@@ -215,7 +215,7 @@ impl Sidecar {
 
     /// The north-west corner of the first cell, which for vertices is half a cell beyond the area.
     fn cell_corner_m(&self) -> Option<[f64; 2]> {
-        let beyond_m = if self.vertices == Some(true) { 0.5 * self.cell_m.unwrap_or(0.0) } else { 0.0 };
+        let beyond_m = if self.vertices == Some(true) { 0.5 * self.cell_m? } else { 0.0 };
         self.corner_m.map(|[east, north]| [east - beyond_m, north + beyond_m])
     }
 }
@@ -277,12 +277,12 @@ mod tests {
             let meta = Meta { shows: Some(area), ..Meta::default() };
             let own = Sidecar::of(&Window::whole(World { size, cells, ..world }), &meta);
             assert_eq!((own.corner_m, own.origin_m), (Some([400_200.0, 3_999_600.0]), Some([200.0, 400.0])));
-            (own.vertices, own.cell_m, own.cell_corner_m().expect("a place"))
+            (own.vertices, own.cell_m, own.cell_corner_m())
         };
-        assert_eq!(shown([40, 60], [10.0; 2]), (None, Some(10.0), [400_200.0, 3_999_600.0]));
-        assert_eq!(shown([20, 30], [20.0; 2]), (None, Some(20.0), [400_200.0, 3_999_600.0]));
-        assert_eq!(shown([5, 7], [100.0; 2]), (Some(true), Some(100.0), [400_150.0, 3_999_650.0]));
-        assert_eq!(shown([5, 4], [100.0, 200.0]), (Some(true), None, [400_200.0, 3_999_600.0]));
+        assert_eq!(shown([40, 60], [10.0; 2]), (None, Some(10.0), Some([400_200.0, 3_999_600.0])));
+        assert_eq!(shown([20, 30], [20.0; 2]), (None, Some(20.0), Some([400_200.0, 3_999_600.0])));
+        assert_eq!(shown([5, 7], [100.0; 2]), (Some(true), Some(100.0), Some([400_150.0, 3_999_650.0])));
+        assert_eq!(shown([5, 4], [100.0, 200.0]), (Some(true), None, None));
     }
 
     #[test]

@@ -86,6 +86,8 @@ pub static NODE: Node = Node {
 const MOST_DEVIATIONS: f64 = 2.5;
 /// Correlation of the angle of repose with hardness.
 const HARD_IS_STEEP: f64 = 0.5;
+/// How much longer bodies are along the strike than across it.
+const BODIES_STRETCH: f64 = 2.5;
 /// Thickness of the transition between two beds, as a fraction of a bed.
 const CONTACT: f64 = 0.15;
 /// Half width of a band of broken rock, as a fraction of the spacing.
@@ -108,8 +110,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             let (at, z) = (window.centre_m(i, j), f64::from(height[j * nx + i]));
             let waving = Waving { bodies: bodies[i], folds: folds[i], winding: winding[i] };
             *hardness = match &rock.joins {
-                Some(joins) if joins.changes(at) => joins.blend(at, |at| rock.hardness(at, z, rock.waving(at))),
-                _ => rock.hardness(at, z, waving),
+                Some([random, mean]) if random.changes(at) => {
+                    random.blend(at, |at| rock.sound(at, z, &rock.waving(at)))
+                        - mean.blend(at, |at| rock.weakened(at, &rock.waving(at)))
+                }
+                _ => rock.sound(at, z, &waving) - rock.weakened(at, &waving),
             } as f32;
         }
     })?;
@@ -146,8 +151,8 @@ struct Rock<'a> {
     bodies: Sampler,
     stands: Sampler,
     winding: Sampler,
-    /// Where the hardness of a place changes into that beyond a joined side.
-    joins: Option<Joins>,
+    /// Where the rock of a place changes into that beyond a joined side: beds and bodies, and how broken it is.
+    joins: Option<[Joins; 2]>,
     seed: u32,
     deviation: f64,
 }
@@ -169,10 +174,14 @@ impl<'a> Rock<'a> {
             axes: [along, [-along[1], along[0]]],
             dips: [math::sin(dip), math::cos(dip)],
             folds: waves(0, params.fold_length, 4.0, 5.0).endless(shortest_m),
-            bodies: waves(1, params.size, 2.5, 2.5).endless(shortest_m),
+            bodies: waves(1, params.size, 2.5, BODIES_STRETCH).endless(shortest_m),
             stands: waves(2, params.size, 2.4, 1.0).sampler(shortest_m, job.world()),
             winding: waves(3, 2.0 * params.spacing, 4.0, 1.0).endless(shortest_m),
-            joins: Joins::of(job.world(), params.size, Weights::Random),
+            joins: [Weights::Random { longest_m: BODIES_STRETCH * params.size }, Weights::Mean]
+                .map(|weights| Joins::of(job.world(), params.size, weights))
+                .into_iter()
+                .collect::<Option<Vec<_>>>()
+                .and_then(|joins| joins.try_into().ok()),
             seed: mix(job.seed() ^ 0x0520_C0DE),
             deviation,
         }
@@ -182,12 +191,21 @@ impl<'a> Rock<'a> {
         Waving { bodies: self.bodies.at(at), folds: self.folds.at(at), winding: self.winding.at(at) }
     }
 
-    fn hardness(&self, at: [f64; 2], z: f64, waving: Waving) -> f64 {
-        let [along, across] = self.axes.map(|axis| at[0] * axis[0] + at[1] * axis[1]);
+    fn place(&self, at: [f64; 2]) -> [f64; 2] {
+        self.axes.map(|axis| at[0] * axis[0] + at[1] * axis[1])
+    }
+
+    /// The hardness of sound rock: of its body and its bed.
+    fn sound(&self, at: [f64; 2], z: f64, waving: &Waving) -> f64 {
+        let [_, across] = self.place(at);
         let bodies = waving.bodies.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
-        let broken = self.broken(along, across, waving.winding);
         self.params.variation * bodies + self.params.beds * self.bed(across, z, waving.folds)
-            - self.params.broken * broken
+    }
+
+    /// By how much broken rock is weaker.
+    fn weakened(&self, at: [f64; 2], waving: &Waving) -> f64 {
+        let [along, across] = self.place(at);
+        self.params.broken * self.broken(along, across, waving.winding)
     }
 
     /// Returns the hardness of the bed at a position, drawn between ±√3 for a standard deviation of 1.

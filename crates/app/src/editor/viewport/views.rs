@@ -63,7 +63,9 @@ fn stored() -> Vec<View> {
 impl View {
     fn read(line: &str) -> Option<Self> {
         let mut parts = line.split('\t');
-        let (file, name) = (parts.next()?.into(), parts.next()?.to_owned());
+        let (file, name) = (PathBuf::from(parts.next()?), parts.next()?.to_owned());
+        // earlier versions stored paths as they were typed
+        let file = if file.as_os_str().is_empty() { file } else { state::whole_path(&file) };
         let numbers: Vec<f64> =
             parts.map(|part| part.parse().ok().filter(|v: &f64| v.is_finite())).collect::<Option<_>>()?;
         let [x, y, z, azimuth_deg, elevation_deg, distance, fov_deg] = numbers.try_into().ok()?;

@@ -51,6 +51,8 @@ pub struct App {
     trees: [Tree<Pane>; 3],
     /// The only pane that is shown, if one is maximised.
     maximised: Option<Pane>,
+    /// Requests that wait until a field has given up the focus.
+    late: Vec<MenuRequest>,
     cells: KeptCells,
     toasts: Toasts,
     questions: Questions,
@@ -94,7 +96,16 @@ impl App {
         let menu = Menu::new(&context.egui_ctx);
         let (toasts, questions) = (Toasts::default(), Questions::default());
         let cells = KeptCells::default();
-        Ok(Self { panes, trees: Room::ALL.map(arrangement), maximised: None, cells, toasts, questions, menu })
+        Ok(Self {
+            panes,
+            trees: Room::ALL.map(arrangement),
+            maximised: None,
+            late: Vec::new(),
+            cells,
+            toasts,
+            questions,
+            menu,
+        })
     }
 
     /// Also keeps journals, so that a crash loses nothing, and follows changes of files by other programs.
@@ -216,11 +227,17 @@ impl eframe::App for App {
         };
         let typing = ui.ctx().text_edit_focused();
         let asked = egui::Panel::top("menu").show(ui, |ui| self.menu.bar(ui, &panes.session, &status)).inner;
-        // What is typed in a field counts before the file is saved or closed: the field ends in this frame.
-        let (late, now): (Vec<_>, Vec<_>) = asked.into_iter().partition(|request| typing && request.is_of_window());
-        if typing && (!late.is_empty() || ui.input(|input| input.viewport().close_requested())) {
+        // A text that is being typed is taken over before the file is saved or closed: its field still gets the keys of
+        // this frame and loses the focus in the next one, in which such requests are answered.
+        let late = std::mem::take(&mut self.late);
+        let (later, now): (Vec<_>, Vec<_>) = asked.into_iter().partition(|request| typing && request.is_of_window());
+        if !late.is_empty() || typing && ui.input(|input| input.viewport().close_requested()) {
             ui.memory_mut(|memory| memory.focused().into_iter().for_each(|field| memory.surrender_focus(field)));
         }
+        if !later.is_empty() {
+            ui.ctx().request_repaint();
+        }
+        self.late = later;
         now.into_iter().for_each(|request| self.answer(request, room, ui.ctx()));
         let tree = &self.trees[room as usize];
         let visible = self.maximised.map_or_else(|| is_seen(tree, Pane::Viewport), |pane| pane == Pane::Viewport);

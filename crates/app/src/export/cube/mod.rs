@@ -8,6 +8,7 @@
 //! command goes on where it ended, and the store has the same bytes in the end.
 
 mod axes;
+mod checked;
 mod metadata;
 mod statistics;
 
@@ -24,7 +25,10 @@ use orograph_graph::{
 };
 use serde_json::{Map, Value, json};
 
-pub use self::axes::Axis;
+pub use self::{
+    axes::Axis,
+    checked::{CHECKED, Checked},
+};
 use self::{
     metadata::{Shape, centres, group, of_output, system},
     statistics::{Wanted, of_chunk},
@@ -33,9 +37,6 @@ use crate::report::failure::{Failure, reason, remedy};
 
 /// The largest number of bytes of a chunk.
 const CHUNK: usize = 64 << 20;
-
-/// The file of a store that names the terrains that missed an expectation, and what they missed.
-pub const MISSED: &str = "missed.json";
 
 /// Arrays by name.
 type Shapes = BTreeMap<String, Shape>;
@@ -245,23 +246,6 @@ impl Cube {
     pub fn member(&self, member: usize) -> Member<'_> {
         let bands = self.arrays.iter().map(|_| Band { rows: 0, part: None }).collect();
         Member { cube: self, member, bands }
-    }
-
-    /// The terrains that missed an expectation in this run or in those that it continues, and what they missed.
-    #[must_use]
-    pub fn missed(&self) -> BTreeMap<String, String> {
-        let found = fs::read(self.folder.join(MISSED)).ok();
-        found.and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
-    }
-
-    /// Notes that a terrain has missed an expectation, for the next runs, which do not build it again.
-    ///
-    /// # Errors
-    /// When the store cannot be written to.
-    pub fn note_missed(&self, terrain: &str, what: &str) -> Result<(), Failure> {
-        let mut missed = self.missed();
-        missed.insert(terrain.to_owned(), what.to_owned());
-        self.write(&self.folder.join(MISSED), &text(&json!(missed)))
     }
 
     /// Writes the statistics of each cell, once all terrains are complete.

@@ -7,7 +7,6 @@ use std::{
 
 use super::{
     land::Exit,
-    noise::rough,
     runout::{Flow, Origin, rank},
 };
 use crate::numerics::{math, routing::code::STEPS};
@@ -24,7 +23,7 @@ const LEAST_MOVE_M: f64 = 0.01;
 
 /// Times that the surface of a deposit is smoothed, and the part of a difference in roughness that moves to a
 /// neighbour.
-const SMOOTHINGS: usize = 6;
+const SMOOTHINGS: usize = 12;
 const SMOOTHED: f64 = 1.0 / 16.0;
 
 impl Flow<'_> {
@@ -112,7 +111,7 @@ impl Flow<'_> {
         // how much lower than at the cell the surface is
         let lower = |flow: &Self, at: usize| {
             let [x, y] = flow.land.offset_m(flow.land.centre_m(cell), at);
-            let bump = rough(flow.land.centre_m(at).map(|at| at / flow.law.bump_m), flow.law.seed);
+            let bump = flow.law.bumps.at(flow.land.centre_m(at));
             slope * math::hypot(x, y) * (1.0 + 0.5 * bump)
         };
         let mut level = self.land.ground[cell];

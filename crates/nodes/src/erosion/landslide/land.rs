@@ -1,11 +1,15 @@
 //! The ground through time: rock, soil and debris in double precision.
 
 use orograph_graph::{
-    Edge, NodeError, Window,
+    Edge, NodeError, Window, World,
     memory::{OutOfMemory, zeroed},
 };
 
-use crate::numerics::{math, routing::code::STEPS};
+use crate::numerics::{
+    joins::{Joins, Weights},
+    math,
+    routing::code::STEPS,
+};
 
 /// Thicknesses of rock below this are rounding errors of heights.
 pub(super) const ROUNDING_M: f64 = 1e-9;
@@ -15,6 +19,7 @@ pub(super) struct Land {
     pub nx: usize,
     pub ny: usize,
     pub cell_m: f64,
+    world: World,
     wraps: [bool; 2],
     /// West, east, north, south.
     sides: [Edge; 4],
@@ -54,6 +59,11 @@ pub(super) enum Exit {
 }
 
 impl Land {
+    /// Where noise whose longest features are so far apart goes on across joined sides.
+    pub fn joins(&self, longest_m: f64) -> Option<Joins> {
+        Joins::of(&self.world, longest_m, Weights::Random { longest_m })
+    }
+
     /// # Errors
     /// If one of two opposite sides is periodic and the other is not, or not enough memory.
     pub fn new(window: &Window, heights: &[f32], soil: Vec<f64>) -> Result<Self, NodeError> {
@@ -72,6 +82,7 @@ impl Land {
             nx: window.nx(),
             ny: window.ny(),
             cell_m: window.cell_m(),
+            world: window.world,
             wraps: wraps.map(|[one, _]| one),
             sides,
             debris: zeroed(ground.len())?,

@@ -1,17 +1,43 @@
 //! Smooth noise that makes outlines, floors and sheets irregular.
 
-use crate::numerics::noise::place;
+use super::land::Land;
+use crate::numerics::{joins::Joins, noise::place};
 
 /// Returns smooth noise between −1 and 1, with a standard deviation of 0.4 and features about one unit apart.
 pub(super) fn noise(at: [f64; 2], seed: u32) -> f64 {
     (1.7 * place::at(at, seed)).clamp(-1.0, 1.0)
 }
 
-/// Returns rough noise whose longest features are three units apart: three octaves of [`noise`].
-pub(super) fn rough(at: [f64; 2], seed: u32) -> f64 {
-    let octave = |k: u32| {
-        let scale = f64::from(1 << k);
-        noise(at.map(|at| at * scale / 3.0), seed ^ k) / scale
-    };
-    (0..3).map(octave).sum()
+/// How many times as long as the bumps the longest features of their noise are.
+const LONGEST: f64 = 3.0;
+
+/// The bumps of a sheet of debris.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bumps {
+    size_m: f64,
+    seed: u32,
+    joins: Option<Joins>,
+}
+
+impl Bumps {
+    /// Bumps of this size and larger ones.
+    pub fn new(land: &Land, size_m: f64, seed: u32) -> Self {
+        Self { size_m, seed, joins: land.joins(LONGEST * size_m) }
+    }
+
+    /// Rough noise at a place: three octaves of [`noise`].
+    pub fn at(&self, place_m: [f64; 2]) -> f64 {
+        match &self.joins {
+            Some(joins) => joins.blend(place_m, |place_m| self.endless_at(place_m)),
+            None => self.endless_at(place_m),
+        }
+    }
+
+    fn endless_at(&self, place_m: [f64; 2]) -> f64 {
+        let octave = |k: u32| {
+            let scale = f64::from(1 << k);
+            noise(place_m.map(|at| at * scale / (LONGEST * self.size_m)), self.seed ^ k) / scale
+        };
+        (0..3).map(octave).sum()
+    }
 }

@@ -8,6 +8,7 @@ use super::{
     Inputs, Params,
     draw::{self, Draw, Kind, Test},
     land::{Land, ROUNDING_M, Room},
+    noise::Bumps,
     record::{Event, Record},
     runout::{Law, reach, run_out},
     soil::{self, Soil},
@@ -163,8 +164,7 @@ impl<'a> Slides<'a> {
             sheet_m: size_m / params.spread,
             steepest: math::tan(params.deposit_slope.to_radians()),
             reach: reach(params.reach, moved_m3),
-            bump_m: size_m.max(4.0 * land.cell_m),
-            seed: test.hash(Draw::Outline) ^ 0x00FF_00FF,
+            bumps: Bumps::new(land, size_m.max(4.0 * land.cell_m), test.hash(Draw::Outline) ^ 0x00FF_00FF),
         };
         let came = run_out(land, room, law, &sources, (crown, crown_m));
         self.events.push(Event {

@@ -14,7 +14,7 @@ use orograph_graph::mix;
 
 use super::{
     land::{Exit, Land, Room},
-    noise::rough,
+    noise::Bumps,
 };
 use crate::numerics::{math, routing::code::STEPS};
 
@@ -23,8 +23,8 @@ const FILM: f64 = 0.02;
 /// How sharply a deposit ends: how fast debris that is as thick as its sheet settles.
 const SETTLING: f64 = 2.0;
 /// Thickness of debris that has no energy left, in sheets. With 5, every small slide ends in a mound of its own, and the
-/// ground below a cliff is covered with mounds of one size.
-const HEAP: f64 = 2.0;
+/// ground below a cliff is covered with mounds of one size; with 2, slides go farther than the angle of reach says.
+const HEAP: f64 = 3.0;
 /// How the tangent of the angle of reach falls with the volume.
 const REACH_POWER: f64 = -0.085;
 /// Thickness in metres from which a cell belongs to a deposit.
@@ -39,9 +39,8 @@ pub(super) struct Law {
     pub steepest: f64,
     /// Tangent of the angle of reach; 0 where only the sheet stops debris.
     pub reach: f64,
-    /// Size of the bumps of the sheet in metres.
-    pub bump_m: f64,
-    pub seed: u32,
+    /// The bumps of the sheet.
+    pub bumps: Bumps,
 }
 
 /// Returns the tangent of the angle of reach of a volume in m³, from that of 1 m³.
@@ -157,7 +156,7 @@ impl Flow<'_> {
             None => 0.0,
         };
         let slope = (0..STEPS.len()).map(|way| fall(self.land, z, way)).fold(0.0, f64::max);
-        let bump = rough(self.land.centre_m(cell).map(|at| at / self.law.bump_m), self.law.seed);
+        let bump = self.law.bumps.at(self.land.centre_m(cell));
         // the mean of the energy lines of all debris that has come here
         let line_m = energy / moving;
         let heap = if self.law.reach > 0.0 && line_m <= z { HEAP } else { 1.0 };

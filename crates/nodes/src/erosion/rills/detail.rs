@@ -18,6 +18,7 @@ use crate::{
     numerics::{
         coarse::{Between, Coarse},
         hillslope::Hillslope,
+        lines::Ends,
         math, par,
         routing::{Depressions, Drainage, Grid, Outlet, code, receivers},
         variation::Variation,
@@ -186,17 +187,26 @@ fn begin(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], heights: 
     let waves = Waves { longest_m: params.spacing, spectral_slope: 4.0, stretch: 1.0, grain: 0.7, seed };
     let mut noise = waves.field(job, &window, SHORTEST_CELLS * window.cell_m())?;
     let half = (0.5 * params.coarse / window.cell_m()).round().clamp(1.0, 1e9) as usize;
+    let joined = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
     let amplitude_m = params.irregularity * strength * params.spacing;
     par::rows_within(job, [0.0, 0.0], &mut noise, |j, row| {
         let height = |i: usize, j: usize| f64::from(model[j * nx + i]);
         let slope = |low: f64, high: f64, cells: usize| {
             if cells > 0 { (high - low) / (cells as f64 * window.cell_m()) } else { 0.0 }
         };
-        let (north, south) = (j.saturating_sub(half), (j + half).min(ny - 1));
+        let ends = |at: usize, count: usize, is_joined: bool| {
+            if is_joined {
+                let beside = [-1, 1].map(|way| Ends::Wrap.index(at as i64 + way * half as i64, count));
+                return (beside, 2 * half);
+            }
+            let beside = [at.saturating_sub(half), (at + half).min(count - 1)];
+            (beside, beside[1] - beside[0])
+        };
+        let ([north, south], tall) = ends(j, ny, joined[1]);
         for (i, noise) in row.iter_mut().enumerate() {
-            let (west, east) = (i.saturating_sub(half), (i + half).min(nx - 1));
-            let across = slope(height(west, j), height(east, j), east - west);
-            let down = slope(height(i, north), height(i, south), south - north);
+            let ([west, east], wide) = ends(i, nx, joined[0]);
+            let across = slope(height(west, j), height(east, j), wide);
+            let down = slope(height(i, north), height(i, south), tall);
             *noise *= (amplitude_m * math::hypot(across, down).min(STEEPEST)) as f32;
         }
     })?;

@@ -6,13 +6,19 @@ use super::{
     Mode, Params, Profile,
     way::{Place, Way},
 };
-use crate::numerics::{lines::Ends, math, noise::place::Octaves, par};
+use crate::numerics::{
+    joins::{Joins, Weights},
+    lines::Ends,
+    math,
+    noise::place::Octaves,
+    par,
+};
 
 /// Rows of a strip.
 const ROWS: usize = 32;
 
-/// The part of the roughness that stays in a bed that is not flat, and the part of the bank over which the rest comes
-/// back.
+/// The part of the roughness that stays at the edges of a carved bed that is not flat, and the part of the bank over
+/// which the rest comes back.
 const IN_BED: f64 = 0.4;
 const COMES_BACK: f64 = 0.3;
 
@@ -44,9 +50,11 @@ pub fn draw(
         cell_m: window.cell_m(),
         seed: orograph_graph::mix(seed ^ salt),
     };
+    let longest_m = 1.6 * (bank_m + 0.5 * params.width);
     let ragged = Ragged {
+        joins: Joins::of(&window.world, longest_m, Weights::Random { longest_m }),
         amount: params.raggedness,
-        octaves: octaves(1.6 * (bank_m + 0.5 * params.width), 0x6a09_e667),
+        octaves: octaves(longest_m, 0x6a09_e667),
         of_bed: params.detail * params.raggedness,
         bed: octaves(2.5 * params.width.max(2.0 * window.cell_m()), 0xbb67_ae85),
     };
@@ -166,6 +174,7 @@ struct Ragged {
     /// The same of the edges of the bed, 0 to 1.
     of_bed: f64,
     bed: Octaves,
+    joins: Option<Joins>,
 }
 
 /// The most by which a bed is narrower and wider, as factors.
@@ -178,9 +187,21 @@ impl Ragged {
         (1.0 + 0.8 * self.amount) / self.least()
     }
 
+    /// Noise at a place, which goes on across joined sides.
+    fn noise(&self, octaves: &Octaves, at_m: [f64; 2]) -> f64 {
+        match &self.joins {
+            Some(joins) => joins.blend(at_m, |at_m| octaves.at(at_m)),
+            None => octaves.at(at_m),
+        }
+    }
+
     /// Returns the factor by which the bed is wider than its mean at a place.
     fn bed_factor(&self, at_m: [f64; 2]) -> f64 {
-        if self.of_bed == 0.0 { 1.0 } else { (1.0 + 0.8 * self.of_bed * self.bed.at(at_m)).clamp(BED[0], BED[1]) }
+        if self.of_bed == 0.0 {
+            1.0
+        } else {
+            (1.0 + 0.8 * self.of_bed * self.noise(&self.bed, at_m)).clamp(BED[0], BED[1])
+        }
     }
 
     /// Returns the most of [`Self::bed_factor`].
@@ -195,7 +216,11 @@ impl Ragged {
 
     /// Returns the factor by which a place beyond the bed is farther from it than its distance.
     fn factor(&self, at_m: [f64; 2]) -> f64 {
-        if self.amount == 0.0 { 1.0 } else { 1.0 + self.amount * (1.3 * self.octaves.at(at_m)).clamp(-0.4, 1.5) }
+        if self.amount == 0.0 {
+            1.0
+        } else {
+            1.0 + self.amount * (1.3 * self.noise(&self.octaves, at_m)).clamp(-0.4, 1.5)
+        }
     }
 }
 
@@ -255,15 +280,18 @@ impl Strip<'_> {
         if away >= 1.0 {
             return;
         }
-        let in_bed = if self.params.profile == Profile::Flat { 0.0 } else { IN_BED };
-        let stays = self.params.detail * (in_bed + (1.0 - in_bed) * math::smoothstep(along_bank / COMES_BACK));
         let x = if half_m > 0.0 { (distance_m / half_m).min(1.0) } else { 1.0 };
         let rise = match self.params.profile {
             Profile::Flat => 0.0,
             Profile::Round => x * x,
             Profile::Sharp => x,
         };
-        let surface = elevation_m + depth_m * rise + stays * rough;
+        // none in the middle of a bed, so that its water still runs, and none on dams and roads
+        let is_carved = self.params.mode == Mode::Carve && self.params.profile != Profile::Flat;
+        let in_bed = if is_carved { IN_BED * x * x } else { 0.0 };
+        let stays = self.params.detail * (in_bed + (1.0 - in_bed) * math::smoothstep(along_bank / COMES_BACK));
+        let risen = depth_m * rise + stays * rough;
+        let surface = elevation_m + if is_carved && beyond_m <= 0.0 { risen.max(0.0) } else { risen };
         let target = |land: f64| (surface * (1.0 - away) + land * away) as f32;
         *height = match self.params.mode {
             Mode::Carve => height.min(target(land)),

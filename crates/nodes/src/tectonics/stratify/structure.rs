@@ -50,7 +50,7 @@ impl<'a> Structure<'a> {
             cosine: math::cos(dip),
             winding: waves(0, params.fold_length, 4.0, ALONG),
             swells: waves(1, SWELLS_M, 3.5, 1.0),
-            // over half of the world, a dip turns back as gently as it goes down
+            // over half of the world, so that dips turn back as gently as they can
             joins: Joins::of(job.world(), f64::INFINITY, Weights::Mean),
         }
     }

@@ -26,6 +26,7 @@ const RECIPES: [Recipe; 1] = [Recipe {
         ("wander", "0"),
         ("widening", "0"),
         ("raggedness", "0"),
+        ("detail", "0"),
     ],
 }];
 

@@ -7,8 +7,8 @@
 //! each octave. As long as the gradient of d stays below one, no place is taken twice, so that the displaced terrain has
 //! the same ridges, valleys and outlets.
 //!
-//! Some cells stay: those at sides, at base level and below the sea, and where most of the detail of the initial terrain
-//! is left. Towards them the displacement fades, as a step would tear the terrain.
+//! Some cells stay: those at sides that are not joined, at base level and below the sea, and where most of the detail
+//! of the initial terrain is left. Towards them the displacement fades, as a step would tear the terrain.
 //!
 //! Only results are displaced. The land on which the time passes, and the state that a finer level goes on from, are not.
 
