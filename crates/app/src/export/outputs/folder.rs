@@ -170,8 +170,8 @@ impl OutputFolder {
         Ok(OutputWriter::new(self, output, *window))
     }
 
-    /// Writes an output's files under temporary names. `window` is the part of the world, `key` the hash of everything it depends
-    /// on.
+    /// Writes an output's files under temporary names. `window` is the part of the world, `key` the hash of everything it
+    /// depends on.
     ///
     /// # Errors
     /// When they cannot be written, or the build is cancelled.
