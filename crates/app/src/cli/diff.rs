@@ -1,16 +1,21 @@
 //! `orograph diff`: what changed between two graph files.
 
-use std::path::PathBuf;
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
+
+use orograph_graph::{Document, input};
 
 use crate::{
-    files::archive::Source,
+    files::{archive::Source, read_by},
     report::{failure::Failure, problems, terminal},
 };
 
 /// Lists what changed from one graph file to another
 ///
 /// Comments, order, layout and the notation of values do not count: two files without a difference build the same
-/// terrain.
+/// terrain. Of the files that both read by the same name, those whose contents differ are listed too.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The earlier file
@@ -33,7 +38,8 @@ impl Args {
         let (a, b) = (Source::open(&self.a)?, Source::open(&self.b)?);
         let a = problems::open_sound(&a, &registry, false)?;
         let b = problems::open_sound(&b, &registry, false)?;
-        let changes = orograph_graph::diff(&a, &b);
+        let mut changes = orograph_graph::diff(&a, &b);
+        changes.extend(contents(&a, &b));
         let text = match changes.is_empty() {
             _ if self.json => format!("{}\n", serde_json::json!({"changes": changes})),
             true => "no difference in what they build\n".to_owned(),
@@ -42,4 +48,23 @@ impl Args {
         terminal::print(&text)?;
         if self.exit_code && !changes.is_empty() { Err(Failure::silent(crate::Exit::Wrong)) } else { Ok(()) }
     }
+}
+
+/// The files that both graphs read by the same name, and whose contents differ. Graphs among them are compared as such.
+fn contents(a: &Document, b: &Document) -> Vec<String> {
+    let inside = |document: &Document| -> BTreeSet<PathBuf> {
+        let names = read_by(document).into_iter();
+        names.filter_map(|path| path.strip_prefix(document.folder()).ok().map(Path::to_owned)).collect()
+    };
+    let hash = |document: &Document, name: &Path| {
+        let mut content = blake3::Hasher::new();
+        let (file, _) = input::open(&document.folder().join(name)).ok()?;
+        content.update_reader(file).ok()?;
+        Some(content.finalize())
+    };
+    let both: Vec<PathBuf> = inside(a).intersection(&inside(b)).cloned().collect();
+    let is_raster = |name: &&PathBuf| name.extension().is_none_or(|extension| extension != "ron");
+    let differ = |name: &&PathBuf| a.folder() != b.folder() && hash(a, name) != hash(b, name);
+    let changed = both.iter().filter(is_raster).filter(differ);
+    changed.map(|name| format!("`{}`: contents differ", name.display())).collect()
 }

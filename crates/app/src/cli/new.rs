@@ -44,7 +44,18 @@ impl Args {
             return wrong(what, "name another one with `-o`".to_owned());
         }
         let file = self.file()?;
-        let mut head = match Reader::open(&file) {
+        let written = self.write(&file);
+        if written.is_err() && self.files.len() > 1 {
+            // it would be in the way of the next try
+            let _ = std::fs::remove_file(&file);
+        }
+        written
+    }
+
+    /// Writes the graph of an elevation model.
+    fn write(&self, file: &Path) -> Result<(), Failure> {
+        let wrong = |what: String, hint: String| Err(Failure::wrong(what).hint(hint));
+        let mut head = match Reader::open(file) {
             Ok(reader) => reader.head,
             Err(error) => return wrong(error.to_string(), error.remedy().to_owned()),
         };
@@ -72,7 +83,7 @@ impl Args {
         for remark in head.notes.iter().chain(&extent.remarks) {
             terminal::warn(&format!("`{}`: {remark}", file.display()));
         }
-        if let Some(quantity) = raster::other_quantity(&file) {
+        if let Some(quantity) = raster::other_quantity(file) {
             terminal::warn(&format!(
                 "`{}`: the file beside it says that it holds {quantity}; the graph reads its values as heights",
                 file.display()
@@ -83,7 +94,7 @@ impl Args {
         if let Err(error) = world.check() {
             return wrong(format!("`{}`: {error}", file.display()), "cut out a part of it first".to_owned());
         }
-        let document = Document::parse_at(self.graph(&file, &world)?, &self.out, &orograph_nodes::registry());
+        let document = Document::parse_at(self.graph(file, &world)?, &self.out, &orograph_nodes::registry());
         if document.has_errors() {
             terminal::remark(&problems::report_all(&document, &self.out, Page::stderr()));
             return Err(Failure::silent(Exit::Wrong));
@@ -110,6 +121,10 @@ impl Args {
             return Err(Failure::wrong(format!("`{option}` is for a single elevation model")));
         }
         let joined = self.out.with_extension("tif");
+        if joined == self.out {
+            let what = format!("`{}` would be both the graph and the joined model", joined.display());
+            return Err(Failure::wrong(what).hint("name the graph with `.ron` at the end"));
+        }
         if joined.symlink_metadata().is_ok() {
             let what = format!("there is a file `{}` already, where the joined model would be", joined.display());
             return Err(Failure::wrong(what).hint("name another graph with `-o`"));

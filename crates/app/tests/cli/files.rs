@@ -85,6 +85,30 @@ fn standard_input_is_a_graph_file() {
     place.shell("\"$0\" watch - < g.ron").ended(1, &["cannot be watched"]);
 }
 
+/// Graphs of equal text differ if the files do that they read, also in archives, which hold lines as well.
+#[test]
+fn diff_compares_the_files_that_are_read() {
+    let place = Place::new();
+    let graph = r#"(world: (size: 400, cells: 8), nodes: { "way": Path(file: "way.geojson"), "far": Distance(lines: "way") },
+        outputs: { "far": "far.distance" })"#;
+    let way = |x: u32| format!(r#"{{"type": "LineString", "coordinates": [[10, 10], [{x}, 300]]}}"#);
+    for (folder, x) in [("a", 200), ("b", 300)] {
+        fs::create_dir(place.path(folder)).expect("made");
+        place.write(&format!("{folder}/g.ron"), graph);
+        place.write(&format!("{folder}/way.geojson"), &way(x));
+    }
+    let said = "`way.geojson`: contents differ\n";
+    assert_eq!(place.run(&["diff", "a/g.ron", "b/g.ron", "--exit-code"]).ended(1, &[]).out, said);
+    for folder in ["a", "b"] {
+        let archive = format!("{folder}.orograph");
+        place.run(&["pack", &format!("{folder}/g.ron"), "-o", &archive]).done();
+        place.run(&["run", &archive, "-o", "out", "-q"]).done();
+    }
+    assert_eq!(place.run(&["diff", "a.orograph", "b.orograph"]).done().out, said);
+    place.write("a/way.geojson", "{}");
+    place.run(&["pack", "a/g.ron", "-o", "c.orograph"]).ended(1, &["way.geojson", "cannot be packed", "`way`"]);
+}
+
 #[test]
 fn diff_lists_what_changed() {
     let place = Place::new();

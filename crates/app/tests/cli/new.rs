@@ -142,6 +142,8 @@ fn tiles_side_by_side_are_joined() {
         let posts = (0..side * side).map(|at| post(first + at % side, at / side));
         std::fs::write(place.path(name), posts.flat_map(i16::to_be_bytes).collect::<Vec<u8>>()).expect("written");
     }
+    let over = ["new", "N46E007.hgt", "N46E008.hgt", "-o", "g.tif"];
+    place.run(&over).ended(1, &["both the graph and the joined model", ".ron"]);
     let made = place.run(&["new", "N46E007.hgt", "N46E008.hgt", "-o", "g.ron"]).done();
     assert!(made.out.contains("in EPSG:32632"), "{}", made.out);
     assert!(place.read("g.ron").contains("file: \"g.tif\""), "{}", place.read("g.ron"));

@@ -34,9 +34,12 @@ pub enum WarpError {
     /// A coordinate system cannot be used.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// The raster does not say where it is, or in which system.
-    #[error("the raster names no coordinate system and no position")]
+    /// The raster does not say where it is.
+    #[error("the raster has no position")]
     NoPlace,
+    /// The raster does not say in which system its position is.
+    #[error("the raster names no coordinate system")]
+    NoSystem,
     /// A part of the world has no position in a system.
     #[error("a part of the world lies outside of the domain of EPSG:{0}")]
     OutOfDomain(u32),
@@ -67,7 +70,7 @@ impl Conversion {
     fn new(head: &Head, place: GeoPlace, cell_m: f64) -> Result<Self, WarpError> {
         let (Some(origin), Some(cell)) = (head.origin, head.cell) else { return Err(WarpError::NoPlace) };
         let (epsg, cell) = match cell {
-            Cell::Metres(cell) => (head.epsg.ok_or(WarpError::NoPlace)?, cell.map(|side| side / head.unit_m)),
+            Cell::Metres(cell) => (head.epsg.ok_or(WarpError::NoSystem)?, cell.map(|side| side / head.unit_m)),
             Cell::Degrees(cell) => (head.epsg.unwrap_or(WGS84), cell),
             Cell::Mercator(cell) => (MERCATOR, cell),
         };

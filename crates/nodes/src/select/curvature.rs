@@ -119,7 +119,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let [above, below] = beside(j, ny, down);
         let (north, middle, south) = (line(above), line(j), line(below));
         for (i, out) in row.iter_mut().enumerate() {
-            let [west, east] = beside(i, nx, across);
+            let inside = i > 0 && i + 1 < nx;
+            let [west, east] = if inside { [i - 1, i + 1] } else { beside(i, nx, across) };
             let at = |line: &[f32], i: usize| f64::from(line[i]);
             let centre = at(middle, i);
             let p = (at(middle, east) - at(middle, west)) / (2.0 * cell_m);

@@ -68,6 +68,13 @@ impl fmt::Display for VectorError {
 
 impl std::error::Error for VectorError {}
 
+/// Returns true if a file has lines, by its name.
+#[must_use]
+pub fn is_known(path: &Path) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
+    matches!(extension.as_str(), "json" | "geojson" | "svg")
+}
+
 /// Reads the lines of a file; the name's extension gives the format.
 ///
 /// # Errors

@@ -16,7 +16,7 @@ use crate::{
 /// The History pane.
 #[derive(Debug, Default)]
 pub(crate) struct HistoryPane {
-    /// What each step changed, by its position in the history.
+    /// What each step changed, by its number since the start of the session, which stays when old steps are forgotten.
     names: BTreeMap<usize, String>,
     /// The number of the session, and how many edits were made in it, when the descriptions were made.
     seen: (u64, usize),
@@ -43,13 +43,14 @@ impl HistoryPane {
             self.names.clear();
         } else if made < now.1 {
             // as many of the last steps are new or amended
-            let kept = document.steps().saturating_sub(now.1 - made);
-            self.names.retain(|step, _| *step < kept);
+            let kept = document.edits().saturating_sub(now.1 - made);
+            self.names.retain(|number, _| *number < kept);
         }
     }
 
     fn steps(&mut self, ui: &mut Ui, session: &mut Session) {
         let (done, all) = (session.document().steps(), session.document().all_steps());
+        let forgotten = forgotten(session.document());
         let height = ui.text_style_height(&egui::TextStyle::Body) + 4.0;
         let mut chosen = None;
         let mut lacks = None;
@@ -58,7 +59,7 @@ impl HistoryPane {
             for row in rows {
                 let text = match row.checked_sub(1) {
                     None => "Start".to_owned(),
-                    Some(step) => self.names.get(&step).cloned().unwrap_or_else(|| {
+                    Some(step) => self.names.get(&(forgotten + step)).cloned().unwrap_or_else(|| {
                         lacks.get_or_insert(step);
                         format!("Step {row}")
                     }),
@@ -66,13 +67,13 @@ impl HistoryPane {
                 let text = RichText::new(text.clone());
                 let text = if row > done { text.weak().italics() } else { text };
                 let label = ui.add(Button::selectable(row == done, text).truncate());
-                if label.on_hover_text(self.hint(row, done)).clicked() {
+                if label.on_hover_text(self.hint(row, done, forgotten)).clicked() {
                     chosen = Some(row);
                 }
             }
         });
         if let Some(step) = lacks {
-            self.names.insert(step, described(session.document(), step));
+            self.names.insert(forgotten + step, described(session.document(), step));
             ui.ctx().request_repaint();
         }
         if let Some(row) = chosen {
@@ -80,14 +81,20 @@ impl HistoryPane {
         }
     }
 
-    fn hint(&self, row: usize, done: usize) -> String {
-        let what = row.checked_sub(1).and_then(|step| self.names.get(&step)).map_or("the start", String::as_str);
+    fn hint(&self, row: usize, done: usize, forgotten: usize) -> String {
+        let what =
+            row.checked_sub(1).and_then(|step| self.names.get(&(forgotten + step))).map_or("the start", String::as_str);
         match row.cmp(&done) {
             std::cmp::Ordering::Less => format!("Undo back to: {what}"),
             std::cmp::Ordering::Equal => what.to_owned(),
             std::cmp::Ordering::Greater => format!("Redo up to: {what}"),
         }
     }
+}
+
+/// The number of steps before the first that can still be undone.
+fn forgotten(document: &Document) -> usize {
+    document.edits() - document.steps()
 }
 
 /// What a step changed.

@@ -9,11 +9,11 @@ use std::{
 
 use flate2::{Compression, GzBuilder};
 use orograph_graph::{
-    Document, ParamValue,
+    Document, NodeError, ParamValue,
     files::{Access, Part},
     input,
 };
-use orograph_nodes::raster;
+use orograph_nodes::{raster, vector};
 
 use super::fault_of;
 use crate::report::failure::{Failure, reason, remedy};
@@ -157,6 +157,18 @@ impl Packing {
         Ok(())
     }
 
+    /// Adds a file with lines that a node reads.
+    fn add_lines(&mut self, path: &Path, reader: &Reader<'_>) -> Result<(), Failure> {
+        vector::read(path, &reader.document.world()).map_err(|error| {
+            let failure = Failure::wrong(format!("`{}` cannot be packed: {error}; {reader} reads it", path.display()));
+            match error {
+                NodeError::Failed { hint: Some(hint), .. } => failure.hint(hint),
+                _ => failure,
+            }
+        })?;
+        self.add(path, Content::File, reader).map(drop)
+    }
+
     /// The name, or a similar one if it or that of its side file is taken.
     fn free(&self, name: String) -> String {
         let taken = |name: &str| self.taken.contains(&name.to_lowercase());
@@ -190,6 +202,7 @@ impl Packing {
                         self.follow(inner)?;
                     }
                     Some(_) => {}
+                    None if vector::is_known(&path) => self.add_lines(&path, &reader)?,
                     None => self.add_raster(&path, &reader)?,
                 }
             }

@@ -223,7 +223,7 @@ impl Document {
     }
 
     /// Number of edits that were ever made, undone or not: undo and redo leave it as it is. If it has grown by n, all steps
-    /// but the last n are those of before or were undone and redone since, as long as none was forgotten.
+    /// but the last n are those of before or were undone and redone since.
     #[must_use]
     pub fn edits_made(&self) -> usize {
         self.history.made

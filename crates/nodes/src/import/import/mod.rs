@@ -58,7 +58,7 @@ params! {
     /// Values of the lowest and the highest code of PNG and r16.
     ///
     /// A range in a JSON file beside the raster takes precedence; without one, the range of a mask is always 0 to 1.
-    range: [f64; 2] = [0.0, 1000.0], Metres, -1e6..=1e6;
+    range: [f64; 2] = RANGE, Metres, -1e6..=1e6;
     /// Cell size of the file; 0 reads it from the file.
     ///
     /// A file without a cell size is stretched over the world.
@@ -172,6 +172,9 @@ struct Resampled {
     voids: Voids,
 }
 
+/// The values of the lowest and the highest code where neither the file nor the graph says them.
+const RANGE: [f64; 2] = [0.0, 1000.0];
+
 /// What is assumed about the file and its place in the world.
 fn scale_remarks(params: &Params, head: &Head) -> Vec<String> {
     let mut remarks = head.notes.clone();
@@ -180,6 +183,12 @@ fn scale_remarks(params: &Params, head: &Head) -> Vec<String> {
             Some(_) => remarks.extend(head.scale_remarks()),
             None => remarks.push("the file has no cell size and is stretched over the world; set `cell`".to_owned()),
         }
+    }
+    let has_no_range = head.coding.is_some_and(|coding| coding.range.is_none());
+    if has_no_range && params.quantity != Quantity::Mask && params.range == RANGE {
+        let [low, high] = RANGE.map(|metres| Unit::Metres.display(metres));
+        remarks
+            .push(format!("the file does not say what its codes mean, and is taken for {low} to {high}; set `range`"));
     }
     remarks
 }

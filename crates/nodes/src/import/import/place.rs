@@ -45,6 +45,11 @@ impl Mapping {
                 format!("`{}` cannot be placed: {error}", path.display()),
                 match error {
                     WarpError::Apart => "compare its corner with that of the world's `place`".to_owned(),
+                    WarpError::NoSystem => {
+                        "write its code into it, with `gdal_translate -a_srs EPSG:N in.tif out.tif`, or \
+                                            into `NAME.prj` beside an ASCII grid"
+                            .to_owned()
+                    }
                     WarpError::NotMetric(_) => "choose a world in metres, as `orograph new` does".to_owned(),
                     _ => format!("reproject it: `gdalwarp -t_srs EPSG:{} in.tif out.tif`", place.epsg),
                 },
@@ -103,7 +108,12 @@ pub(super) fn warp(
 /// Returns the mapping of the world's cells to those of a raster at its scale, or stretched.
 fn scaled(job: &Job<'_>, params: &Params, path: &Path, head: &Head) -> Result<[GridAxis; 2], NodeError> {
     let of_file = || head.cell_m().map_err(|problem| problem.of(path));
-    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { of_file()? };
+    let size = match params.placement {
+        // the size of its own cells does not matter
+        Placement::Stretch => None,
+        _ if params.cell > 0.0 => Some([params.cell; 2]),
+        _ => of_file()?,
+    };
     let axis = |axis: usize| {
         let (source, target) = ([head.columns, head.rows][axis], f64::from(job.world().cells[axis]));
         let (step, offset) = match (params.placement, size) {

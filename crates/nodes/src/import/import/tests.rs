@@ -237,7 +237,9 @@ fn every_assumption_is_told() {
     std::fs::copy(folder().join("glencoe_48x64_u16.png"), &copy).unwrap();
     let copy = copy.to_str().unwrap();
     assert!(told(copy, &[]).contains("no cell size"));
-    assert_eq!(told(copy, &[("cell", ParamValue::Float(50.0))]), "");
+    let cell = ("cell", ParamValue::Float(50.0));
+    assert!(told(copy, std::slice::from_ref(&cell)).contains("is taken for 0 m to 1 km; set `range`"));
+    assert_eq!(told(copy, &[cell, ("range", ParamValue::Point([11.7, 709.8]))]), "");
 }
 
 #[test]

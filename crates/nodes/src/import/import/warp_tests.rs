@@ -143,7 +143,7 @@ fn what_cannot_be_warped_is_refused_with_a_remedy() {
     assert!(fails(&name, 26711, corner).contains("grid of shifts"));
     assert!(fails(&name, 1025, corner).contains("no coordinate system that is known"));
     assert!(fails(&name, 1025, corner).contains("gdalwarp -t_srs EPSG:1025"));
-    assert!(fails("glencoe_48x64_u16.png", 32632, corner).contains("names no coordinate system"));
+    assert!(fails("glencoe_48x64_u16.png", 32632, corner).contains("the raster has no position"));
     // feet, although the system is a projected one
     assert!(fails(&name, 2263, corner).contains("not in metres"));
 }

@@ -47,6 +47,11 @@ pub(in crate::raster) fn open<'a>(mut source: Source<'a>, sidecar: Option<&Sidec
     sidecar.into_iter().for_each(|sidecar| sidecar.locate(&mut head));
     head.assumes_voids = sidecar.is_none();
     let channel = channel(&first.channels.list)?;
+    let channels = &first.channels.list;
+    if channels.iter().filter(|other| !other.name.eq_case_insensitive("A")).count() > 1 {
+        let name = &channels[channel].name;
+        head.notes.push(format!("the file has {} channels; `{name}` is read", channels.len()));
+    }
     let block = match first.blocks {
         BlockDescription::ScanLines => [head.columns, first.compression.scan_lines_per_block()],
         BlockDescription::Tiles(tiles) => [tiles.tile_size.0, tiles.tile_size.1],

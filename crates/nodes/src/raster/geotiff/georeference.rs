@@ -54,7 +54,16 @@ pub(super) fn read(directory: &Directory<'_, '_>, items: &Items, head: &mut Head
     let model = find(key::MODEL_TYPE);
     let geographic = find(key::GEOGRAPHIC_TYPE);
     let projected = find(key::PROJECTED_TYPE);
-    head.epsg = projected.or(geographic).and_then(|code| u32::try_from(code).ok()).filter(|code| *code > 0);
+    // a projection of the file's own lies on a geographic system, whose code is not that of its coordinates
+    let is_own = model == Some(1) && projected.is_none() && geographic.is_some();
+    if is_own {
+        head.notes.push(
+            "its projection has no EPSG code, so its place is not known; reproject it with `gdalwarp -t_srs`"
+                .to_owned(),
+        );
+    }
+    head.epsg =
+        projected.or(geographic.filter(|_| !is_own)).and_then(|code| u32::try_from(code).ok()).filter(|code| *code > 0);
     let vertical = find(key::VERTICAL);
     let feet = VERTICAL_IN_FEET.iter().find(|(code, _)| Some(*code) == vertical).map(|(_, unit)| *unit);
     head.scaling = scaling(items, find(key::VERTICAL_UNITS).or(feet), &mut head.notes)?;
@@ -108,6 +117,14 @@ pub(super) fn read(directory: &Directory<'_, '_>, items: &Items, head: &mut Head
             let metres = metres_per_unit(find(key::LINEAR_UNITS))?;
             let cell = cell.map(|side| side * metres);
             head.unit_m = metres;
+            let has_unit = items.unit.is_some() || find(key::VERTICAL_UNITS).or(feet).is_some();
+            if metres != 1.0 && !has_unit {
+                head.notes.push(
+                    "its coordinates are in feet, and its heights are taken as metres; if they are feet too, multiply them \
+                     by 0.3048"
+                        .to_owned(),
+                );
+            }
             projected_cell(cell, head.epsg, find(key::PROJECTION), &names)?
         }
     });
