@@ -32,6 +32,8 @@ fn windows(case: &Case) -> Vec<Window> {
     // all kinds of sides
     let boundary = Boundary { west: Edge::Periodic, east: Edge::Periodic, north: Edge::Wall, south: Edge::Base };
     windows.push(Window::whole(World { size: [33.0 * 40.0, 29.0 * 40.0], cells: [33, 29], boundary, ..odd() }));
+    let boundary = Boundary { west: Edge::Base, east: Edge::Open, north: Edge::Periodic, south: Edge::Periodic };
+    windows.push(Window::whole(World { size: [23.0 * 40.0, 31.0 * 40.0], cells: [23, 31], boundary, ..odd() }));
     if !matches!(case.kind().reach, Reach::World) {
         windows.push(Window { world: odd(), origin: [13, 5], cells: [37, 29] });
     }
