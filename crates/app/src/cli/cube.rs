@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use orograph_graph::{Cancel, KEY_SCHEME, input};
+use orograph_graph::{Cancel, KEY_SCHEME};
 use orograph_nodes::raster;
 use serde_json::{Map, json};
 
@@ -14,7 +14,7 @@ use crate::{
         request::{Changes, Request},
     },
     export::cube::{Axis, CHECKED, Checked, Cube, Plan, holds},
-    files::read_by,
+    files::{contents, read_by},
     report::{
         failure::Failure,
         progress::Progress,
@@ -168,13 +168,8 @@ impl Job<'_> {
         let swept = axes.iter().flat_map(|axis| &axis.values).map(|value| document.folder().join(value));
         let swept = swept.filter(|file| file.is_file()).flat_map(|file| [raster::sidecar_path(&file), file]);
         for path in read_by(document).into_iter().chain(swept) {
-            let mut content = blake3::Hasher::new();
-            if let Ok((file, _)) = input::open(&path)
-                && content.update_reader(file).is_err()
-            {
-                return Err(Failure::unable(format!("cannot read `{}`", path.display())));
-            }
-            part(content.finalize().as_bytes());
+            let content = contents(&path).map_err(|_| Failure::unable(format!("cannot read `{}`", path.display())))?;
+            part(content.as_bytes());
         }
         let title = self.request.path.file_stem().unwrap_or_default().to_string_lossy();
         let mut all = Map::new();

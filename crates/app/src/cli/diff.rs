@@ -5,10 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::{Document, input};
+use orograph_graph::Document;
 
 use crate::{
-    files::{archive::Source, read_by},
+    files::{archive::Source, contents, read_by},
     report::{failure::Failure, problems, terminal},
 };
 
@@ -39,7 +39,7 @@ impl Args {
         let a = problems::open_sound(&a, &registry, false)?;
         let b = problems::open_sound(&b, &registry, false)?;
         let mut changes = orograph_graph::diff(&a, &b);
-        changes.extend(contents(&a, &b));
+        changes.extend(other_files(&a, &b));
         let text = match changes.is_empty() {
             _ if self.json => format!("{}\n", serde_json::json!({"changes": changes})),
             true => "no difference in what they build\n".to_owned(),
@@ -51,17 +51,12 @@ impl Args {
 }
 
 /// The files that both graphs read by the same name, and whose contents differ. Graphs among them are compared as such.
-fn contents(a: &Document, b: &Document) -> Vec<String> {
+fn other_files(a: &Document, b: &Document) -> Vec<String> {
     let inside = |document: &Document| -> BTreeSet<PathBuf> {
         let names = read_by(document).into_iter();
         names.filter_map(|path| path.strip_prefix(document.folder()).ok().map(Path::to_owned)).collect()
     };
-    let hash = |document: &Document, name: &Path| {
-        let mut content = blake3::Hasher::new();
-        let (file, _) = input::open(&document.folder().join(name)).ok()?;
-        content.update_reader(file).ok()?;
-        Some(content.finalize())
-    };
+    let hash = |document: &Document, name: &Path| contents(&document.folder().join(name)).ok();
     let both: Vec<PathBuf> = inside(a).intersection(&inside(b)).cloned().collect();
     let is_raster = |name: &&PathBuf| name.extension().is_none_or(|extension| extension != "ron");
     let differ = |name: &&PathBuf| a.folder() != b.folder() && hash(a, name) != hash(b, name);

@@ -6,10 +6,11 @@ pub(crate) mod watch;
 
 use std::{
     collections::BTreeSet,
+    io,
     path::{Path, PathBuf},
 };
 
-use orograph_graph::Document;
+use orograph_graph::{Document, input};
 use orograph_nodes::raster;
 
 use crate::report::failure::Failure;
@@ -18,6 +19,18 @@ use crate::report::failure::Failure;
 /// problems: they may be the cause.
 pub(crate) fn read_by(document: &Document) -> BTreeSet<PathBuf> {
     document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]).collect()
+}
+
+/// The hash of a file's contents; that of nothing for a file that is not there.
+///
+/// # Errors
+/// When the file cannot be read.
+pub(crate) fn contents(path: &Path) -> io::Result<blake3::Hash> {
+    let mut hash = blake3::Hasher::new();
+    if let Ok((file, _)) = input::open(path) {
+        hash.update_reader(file)?;
+    }
+    Ok(hash.finalize())
 }
 
 /// Refuses to write a file over one that is read.

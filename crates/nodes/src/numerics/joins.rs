@@ -68,6 +68,16 @@ impl Joins {
         (0..2).any(|axis| inside_m[axis] > self.size_m[axis] - self.zone_m[axis])
     }
 
+    /// A field at a place of a world with or without joined sides, of which `field` is the value without.
+    #[must_use]
+    #[inline]
+    pub fn apply(joins: Option<&Self>, place_m: [f64; 2], field: impl Fn([f64; 2]) -> f64) -> f64 {
+        match joins {
+            Some(joins) => joins.blend(place_m, field),
+            None => field(place_m),
+        }
+    }
+
     /// A field at a place, of which `field` is the value without joined sides.
     #[must_use]
     pub fn blend(&self, place_m: [f64; 2], field: impl Fn([f64; 2]) -> f64) -> f64 {

@@ -100,10 +100,7 @@ impl Sampler {
     /// Returns the field at a position in metres.
     #[must_use]
     pub fn at(&self, place_m: [f64; 2]) -> f64 {
-        match &self.joins {
-            Some(joins) => joins.blend(place_m, |place_m| self.endless_at(place_m)),
-            None => self.endless_at(place_m),
-        }
+        Joins::apply(self.joins.as_ref(), place_m, |place_m| self.endless_at(place_m))
     }
 
     fn endless_at(&self, [x, y]: [f64; 2]) -> f64 {

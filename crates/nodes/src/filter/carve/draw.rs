@@ -189,10 +189,7 @@ impl Ragged {
 
     /// Noise at a place, which goes on across joined sides.
     fn noise(&self, octaves: &Octaves, at_m: [f64; 2]) -> f64 {
-        match &self.joins {
-            Some(joins) => joins.blend(at_m, |at_m| octaves.at(at_m)),
-            None => octaves.at(at_m),
-        }
+        Joins::apply(self.joins.as_ref(), at_m, |at_m| octaves.at(at_m))
     }
 
     /// Returns the factor by which the bed is wider than its mean at a place.

@@ -58,10 +58,7 @@ impl<'a> Structure<'a> {
     /// What is subtracted in the stratigraphic height at a position, in metres.
     #[must_use]
     pub fn offset_m(&self, at: [f64; 2]) -> f64 {
-        match &self.joins {
-            Some(joins) => joins.blend(at, |at| self.endless_m(at)),
-            None => self.endless_m(at),
-        }
+        Joins::apply(self.joins.as_ref(), at, |at| self.endless_m(at))
     }
 
     fn endless_m(&self, at: [f64; 2]) -> f64 {
